@@ -7,7 +7,7 @@ from typing import List, Optional
 import pytest
 
 from rosoclingo.loop.journal import Event, Fields, decode
-from rosoclingo_interfaces.announcements import TAKEN, verdict
+from rosoclingo_interfaces.announcements import TAKEN, has_come, verdict
 
 MESSAGE = decode(Fields("message", "info", "blocked(c3,c4)"))
 OTHER = decode(Fields("message", "info", "blocked(c1,c2)"))
@@ -33,3 +33,9 @@ ASSIGN = decode(Fields("command", "", "assign_messages(4)"))
 )
 def test_verdicts(events: List[Event], said: Optional[str]) -> None:
     assert verdict(events, "blocked(c3,c4)") == said
+
+
+def test_whether_an_announcement_has_come() -> None:
+    elsewhere = decode(Fields("message", "mailbot", "blocked(c3,c4)"))
+    assert not has_come([OTHER, elsewhere, ASSIGN], "blocked(c3,c4)")
+    assert has_come([OTHER, MESSAGE, DROPPED], "blocked(c3,c4)")

@@ -263,6 +263,42 @@ def test_an_initial_pose_off_the_map_ends_drives_only(far: float) -> None:
     assert scene.drive(Pose(2, 0.5, 0)) is End.SUCCEEDED
 
 
+def test_a_robot_that_turns_around_finds_its_place_if_it_searches() -> None:
+    scene = Scene({"fault": "wrong_pose", "when": {"time": 1}, "carried_to": "room"})
+    robot = scene.run(2.0)
+    estimator = robot.estimator
+    assert estimator is not None
+    scene.run(8.0, 0.0, 1.0)
+    assert estimator.lost  # nobody has told it to search
+    before = robot.estimate
+    estimator.search()
+    assert estimator.unsure
+    assert robot.estimate == before
+    # To and fro counts, and standing still does not.
+    scene.run(2.0)
+    scene.run(2.5, 0.0, 1.0)
+    scene.run(2.5, 0.0, -1.0)
+    assert estimator.lost
+    assert len(scene.changes) == 1
+    scene.run(3.0, 0.0, 1.0)
+    assert not estimator.lost
+    assert not estimator.unsure
+    assert robot.estimate == robot.physics.pose
+    assert scene.changes[-1][1:] == ("wrong_pose", False)
+
+
+def test_an_initial_pose_ends_a_search() -> None:
+    scene = Scene({"fault": "slip", "when": {"time": 1000}})
+    estimator = scene.robot.estimator
+    assert estimator is not None
+    estimator.search()
+    wrong = Pose(6, 0, 0)
+    assert not estimator.relocalise(wrong)
+    assert not estimator.unsure
+    scene.run(10.0, 0.0, 1.0)
+    assert estimator.lost
+
+
 def test_a_pose_jumps_and_comes_back() -> None:
     scene = Scene(
         {

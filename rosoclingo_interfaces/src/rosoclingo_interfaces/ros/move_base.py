@@ -69,17 +69,13 @@ class MoveBase(ActionInterface):
         place = self._waypoints.find(name)
         execution = self.execution
         try:
-            limit = self._limit
-            patience = self.timeout if limit is None else limit.seconds(self._guess(place))
-            self._base.wait(patience, execution.canceled)
-            watch = self._watch(name, place, execution)
-            self._base.drive(self._waypoints.frame, place, watch, execution.canceled)
+            self._drive(name, place, execution)
         except (CanceledError, DriveError) as err:
             if isinstance(err, GoneError) or not self._base.connected:
                 self._remember(name, execution)
             # What blocked the way may be gone when the robot comes here again.
             self._base.clear_costmaps()
-            self._missed = name
+            self._missed = name if isinstance(err, DriveError) else None
             raise
         self._last, self._missed = name, None
         return True
@@ -149,8 +145,10 @@ class MoveBase(ActionInterface):
         return lookout.is_closed(end, execution)
 
     def _drive(self, name: str, place: Waypoint, execution: ActionExecution) -> None:
-        """Drives the robot to a waypoint from where it has found itself."""
-        self._base.wait(self.timeout, execution.canceled)
+        """Drives the robot to a waypoint, once there is a server."""
+        limit = self._limit
+        patience = self.timeout if limit is None else limit.seconds(self._guess(place))
+        self._base.wait(patience, execution.canceled)
         watch = self._watch(name, place, execution)
         self._base.drive(self._waypoints.frame, place, watch, execution.canceled)
 
