@@ -74,6 +74,14 @@ def test_something_was_in_the_way_for_a_moment() -> None:
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 
+def test_clients_are_told_where_a_robot_was_carried_and_first_of_all_that_it_needs_help() -> None:
+    free = ["at(mailbot,c5)", "unblocked(c5,c6)", "unblocked(c4,c5)", "unblocked(c5,o9)"]
+    robot = bring(SINGLE, FAILURE, ["at(mailbot,c5)"], *([FAILURE, free] * 6))
+    said = [line for line in robot.goals[0].lines if line.startswith("probably ")]
+    assert said[0] == "probably mailbot was carried to c5"
+    assert said[-1] == "probably the wheels of mailbot are stuck"
+
+
 def test_a_way_that_is_seen_to_be_blocked_is_left() -> None:
     robot = bring(DYN_RESET, FAILURE, ["at(mailbot,open1)", "blocked(c1,open1)"])
     assert robot.done[:3] == ["go(c1)", "look", "go(c6)"]

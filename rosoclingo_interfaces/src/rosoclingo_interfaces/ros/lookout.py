@@ -22,10 +22,14 @@ from rosoclingo_interfaces.observation.closed_way import ClosedWay
 from rosoclingo_interfaces.observation.conditions import CovarianceCondition, Reading
 from rosoclingo_interfaces.observation.fields import FieldPath
 from rosoclingo_interfaces.observation.transforms import TransformTree, plain
+from rosoclingo_interfaces.ros.clock import reason as clock_stands_still
 from rosoclingo_interfaces.ros.limited_call import call_within
+from rosoclingo_interfaces.watchdog import SILENCE_SECONDS, Watchdog
 
 _POLL_SECONDS = 0.02  # of wall time: how often wheels are told, which forget it soon
 _SECONDS_TO_SPREAD = 2.0  # of wall time, for the localisation to begin anew
+_SECONDS_TO_SETTLE = 0.3  # of wall time, in which comes what was sent before
+_NEAR_METRES = 1.0  # so near to the robot is its laser; else a transform is wrong
 # All of the node's clock.
 _SECONDS_FOR_A_POSE = 10.0  # until a localisation says where the robot is
 _SECONDS_FOR_SCANS = 3.0  # in which a way is looked at
@@ -54,8 +58,9 @@ class Lookout:
 
     def __post_init__(self) -> None:
         """Opens the connections."""
-        self._lock = threading.Lock()  # guards the next three, which come from topics
+        self._lock = threading.Lock()  # guards the transforms
         self._transforms = TransformTree()
+        self._clock = Watchdog(rospy.get_rostime)
         self._estimate: Optional[PoseWithCovarianceStamped] = None
         self._scan: Optional[LaserScan] = None
         self._spread = rospy.ServiceProxy("global_localization", Empty)
@@ -86,7 +91,7 @@ class Lookout:
             if execution.seconds > end:
                 name = self._topics[0].resolved_name
                 raise DriveError(f"nobody says on {name} where the robot is")
-            _pause(execution)
+            self._pause(execution)
         return _position(self._estimate)
 
     def find_itself(self, execution: ActionExecution) -> PathPoint:
@@ -101,30 +106,34 @@ class Lookout:
             CanceledError: The action is to stop.
             DriveError: There is no localisation, or it does not become sure.
         """
-        begin = rospy.get_rostime()
         fault = call_within(self._spread, _SECONDS_TO_SPREAD)
         if fault is not None:
             rospy.loginfo("what the localisation says counts, as it cannot begin anew: %s", fault)
             return self.wait_for_estimate(execution)
+        # What was said before is on its way. Stamps do not tell, as they are those of scans, and
+        # localisations speak only of robots that move.
+        execution.canceled.wait(_SECONDS_TO_SETTLE)
+        self._estimate = None
         end = execution.seconds + _SECONDS_FOR_A_POSE + _TURNS * 2 * math.pi / self.turn_speed
         try:
             while execution.seconds < end:
-                _pause(execution)
+                self._pause(execution)
                 estimate = self._estimate
-                if estimate is None or estimate.header.stamp < begin:
-                    continue
-                if self._is_sure(estimate):
+                if estimate is not None and self._is_sure(estimate):
                     return _position(estimate)
                 self._turn(self.turn_speed)
         finally:
             self._turn(0.0)
         raise DriveError("the localisation is not sure where the robot is, though it has turned")
 
-    def is_closed(self, goal: PathPoint, execution: ActionExecution) -> Optional[bool]:
+    def is_closed(
+        self, here: PathPoint, goal: PathPoint, execution: ActionExecution
+    ) -> Optional[bool]:
         """Looks whether the straight way from the robot to a place is closed.
 
         Args:
-            goal: The place, in metres.
+            here: Where the robot is, in metres.
+            goal: The place.
             execution: Of the action that looks.
 
         Returns:
@@ -133,23 +142,23 @@ class Lookout:
         Raises:
             CanceledError: The action is to stop.
         """
-        if not self._face(goal, execution):
+        if not self._face(here, goal, execution):
             return None
         execution.sleep(_SECONDS_TO_CALM)
         since, end = rospy.get_rostime(), execution.seconds + _SECONDS_FOR_SCANS
         seen = None
         while execution.seconds < end:
-            _pause(execution)
+            self._pause(execution)
             scan = self._scan
             if scan is not None and scan is not seen and scan.header.stamp >= since:
                 seen = scan
-                reading = self._read(scan, goal)
+                reading = self._read(scan, here, goal)
                 if reading != _UNKNOWN:
                     return reading is not None
         return None
 
-    def _read(self, scan: LaserScan, goal: PathPoint) -> Reading:
-        laser = self._laser()
+    def _read(self, scan: LaserScan, here: PathPoint, goal: PathPoint) -> Reading:
+        laser = self._laser(here)
         if laser is None:
             return _UNKNOWN
         begin = float(laser[0, 3]), float(laser[1, 3])
@@ -166,13 +175,13 @@ class Lookout:
             return way.read(scan, _UNKNOWN)
         return _UNKNOWN
 
-    def _face(self, goal: PathPoint, execution: ActionExecution) -> bool:
+    def _face(self, here: PathPoint, goal: PathPoint, execution: ActionExecution) -> bool:
         """Turns the laser to a place; returns whether it looks there."""
         end = execution.seconds + 2 * math.pi / self.turn_speed + _SECONDS_FOR_SCANS
         try:
             while execution.seconds < end:
-                _pause(execution)
-                laser = self._laser()
+                self._pause(execution)
+                laser = self._laser(here)
                 if laser is None:
                     continue
                 bearing = math.atan2(goal[1] - laser[1, 3], goal[0] - laser[0, 3])
@@ -185,13 +194,28 @@ class Lookout:
             self._turn(0.0)
         return False
 
-    def _laser(self) -> Any:
-        """Returns the transform of the laser to the map; None if it is not known."""
+    def _laser(self, here: PathPoint) -> Any:
+        """Returns the transform of the laser to the map; None if none is known that makes sense."""
         if self._scan is None:
             return None
         with self._lock, contextlib.suppress(ReadingError):
-            return self._transforms.find(self.frame, self._scan.header.frame_id)
+            laser = self._transforms.find(self.frame, self._scan.header.frame_id)
+            if math.dist(laser[:2, 3], here) <= _NEAR_METRES:
+                return laser
         return None
+
+    def _pause(self, execution: ActionExecution) -> None:
+        """Waits a moment.
+
+        Raises:
+            CanceledError: The action is to stop.
+            DriveError: The clock stands still, so that no time limit would end the wait.
+        """
+        execution.sleep(0)
+        execution.canceled.wait(_POLL_SECONDS)
+        if self._clock.still() > SILENCE_SECONDS:
+            why = clock_stands_still()
+            raise DriveError(f"the clock has stood still for {SILENCE_SECONDS:g} s: {why}")
 
     def _turn(self, speed: float) -> None:
         twist = Twist()
@@ -220,16 +244,6 @@ class Lookout:
         for transform in message.transforms:
             with self._lock, contextlib.suppress(ReadingError):
                 self._transforms.add(transform)
-
-
-def _pause(execution: ActionExecution) -> None:
-    """Waits a moment.
-
-    Raises:
-        CanceledError: The action is to stop.
-    """
-    execution.sleep(0)
-    execution.canceled.wait(_POLL_SECONDS)
 
 
 def _position(estimate: PoseWithCovarianceStamped) -> PathPoint:

@@ -6,8 +6,19 @@ import contextlib
 import math
 import threading
 import time
+from functools import partial
 from pathlib import Path
-from typing import Callable, Dict, Mapping, NoReturn, Optional, Sequence, Tuple, Union
+from typing import (
+    TYPE_CHECKING,
+    Callable,
+    Dict,
+    Mapping,
+    NoReturn,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 import clingo
 import rospy
@@ -21,20 +32,22 @@ from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.execution import ActionExecution
 from rosoclingo_interfaces.interface import AGAIN, ActionInterface
 from rosoclingo_interfaces.navigation.cross_track import PathPoint, Way
+from rosoclingo_interfaces.navigation.return_place import choose, to_point
 from rosoclingo_interfaces.navigation.watch import DriveTimeLimit, DriveWatch
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints, read_waypoints
 from rosoclingo_interfaces.ros.journal import JournalReader
-from rosoclingo_interfaces.ros.lookout import Lookout
 from rosoclingo_interfaces.ros.move_base_client import Base
 from rosoclingo_interfaces.ros.node import run
 from rosoclingo_interfaces.ros.topics import topic
 
+if TYPE_CHECKING:
+    from rosoclingo_interfaces.ros.lookout import Lookout
+
 # Both in wall time.
 _POLL_SECONDS = 0.2  # how often it is seen whether a server is there again
 _SECONDS_TO_HEAR = 2.0  # for rosoclingo to say that it has heard what is announced
-_CARRIED_METRES = 1.0  # a robot that is found farther from where it was believed to be was carried
 _THERE_METRES = 0.5  # so near to a waypoint, it is there
-_ON_WAY_METRES = 1.0  # so near to a straight way, its laser sees along it
+_ON_WAY_METRES = 0.75  # so near to a straight way, its laser sees along it
 
 
 class MoveBase(ActionInterface):
@@ -65,17 +78,16 @@ class MoveBase(ActionInterface):
 
     def go(self, waypoint: Union[int, str]) -> bool:
         """Drives to a waypoint."""
-        name = str(waypoint)
-        place = self._waypoints.find(name)
-        execution = self.execution
+        name, execution = str(waypoint), self.execution
         try:
-            self._drive(name, place, execution)
+            self._drive(name, execution, max_stray=self._max_stray)
         except (CanceledError, DriveError) as err:
             if isinstance(err, GoneError) or not self._base.connected:
                 self._remember(name, execution)
             # What blocked the way may be gone when the robot comes here again.
             self._base.clear_costmaps()
-            self._missed = name if isinstance(err, DriveError) else None
+            if isinstance(err, DriveError):
+                self._missed = name
             raise
         self._last, self._missed = name, None
         return True
@@ -86,29 +98,31 @@ class MoveBase(ActionInterface):
         If a drive has failed before, and the robot was not carried elsewhere meanwhile, it goes
         back to where that began, and announces whether the way is closed.
         """
-        execution, missed = self.execution, self._missed
+        # SciPy takes a while to load, and most robots never look.
+        from rosoclingo_interfaces.ros.lookout import Lookout  # noqa: PLC0415
+
+        execution, places = self.execution, self._waypoints.places
         with contextlib.ExitStack() as stack:
             lookout = stack.enter_context(Lookout(self._waypoints.frame, self._turn_speed))
             journal = stack.enter_context(contextlib.closing(JournalReader()))
+            self._base.wait(self._patience(0.0), execution.canceled)
+            self._base.stop(execution.canceled)
             believed = lookout.wait_for_estimate(execution)
             here = lookout.find_itself(execution)
             self._base.clear_costmaps()  # what is in them was seen from where it was not
-            if math.dist(believed, here) > _CARRIED_METRES:
-                missed = None
-                name = self._nearest(here)
-            else:
-                name = self._last or self._nearest(here)
+            name, missed = choose(places, believed, here, self._last, self._missed)
+            if name != self._last:
+                self._last = self._missed = None
             is_closed = self._is_closed(lookout, here, missed, execution)
-            place = self._waypoints.places[name]
-            if math.dist(here, _point(place)) > _THERE_METRES:
-                self._drive(name, place, execution)
+            if math.dist(here, to_point(places[name])) > _THERE_METRES:
+                self._drive(name, execution, max_stray=0.0)  # which is no way of a planner's
                 if is_closed is None:
-                    is_closed = self._is_closed(lookout, _point(place), missed, execution)
+                    is_closed = self._is_closed(lookout, to_point(places[name]), missed, execution)
             seen = [f"at({execution.actuator},{name})"]
             if is_closed is not None:
-                seen.append(f"{'' if is_closed else 'un'}blocked({self._last},{missed})")
-            self._tell(seen, journal)
-        self._last, self._missed = name, None
+                seen.append(f"{'' if is_closed else 'un'}blocked({name},{missed})")
+            self._tell(seen, journal, execution)
+            self._last, self._missed = name, None
         return True
 
     def knows(self, action: clingo.Symbol) -> bool:
@@ -116,20 +130,22 @@ class MoveBase(ActionInterface):
         is_look = action.match("look", 0)
         return super().knows(action) and (self._looks or not is_look)
 
-    def _tell(self, seen: Sequence[str], journal: JournalReader) -> None:
+    def _tell(
+        self, seen: Sequence[str], journal: JournalReader, execution: ActionExecution
+    ) -> None:
         """Announces what is seen, and waits until rosoclingo has it: the answer comes after that.
 
         Answers and announcements are on two topics, between which there is no order.
+
+        Raises:
+            CanceledError: The action is to stop.
         """
-        has_journal = journal.begin(_wait_for)
+        wait_for = partial(_wait_for, execution)
+        has_journal = journal.begin(wait_for)
         for value in seen:
             self._in.publish(INFO, value)
         if has_journal:
-            _wait_for(lambda: has_come(journal.events(), seen[-1]), _SECONDS_TO_HEAR)
-
-    def _nearest(self, here: PathPoint) -> str:
-        places = self._waypoints.places
-        return min(places, key=lambda name: math.dist(here, _point(places[name])))
+            wait_for(lambda: has_come(journal.events(), seen[-1]), _SECONDS_TO_HEAR)
 
     def _is_closed(
         self, lookout: Lookout, here: PathPoint, missed: Optional[str], execution: ActionExecution
@@ -138,34 +154,39 @@ class MoveBase(ActionInterface):
         if missed is None or self._last is None:
             return None
         places = self._waypoints.places
-        end = _point(places[missed])
-        off_way = Way(_point(places[self._last]), end).distance(here)
+        end = to_point(places[missed])
+        off_way = Way(to_point(places[self._last]), end).distance(here)
         if off_way > _ON_WAY_METRES or math.dist(here, end) < _THERE_METRES:
             return None
-        return lookout.is_closed(end, execution)
+        return lookout.is_closed(here, end, execution)
 
-    def _drive(self, name: str, place: Waypoint, execution: ActionExecution) -> None:
+    def _drive(self, name: str, execution: ActionExecution, *, max_stray: float) -> None:
         """Drives the robot to a waypoint, once there is a server."""
-        limit = self._limit
-        patience = self.timeout if limit is None else limit.seconds(self._guess(place))
-        self._base.wait(patience, execution.canceled)
-        watch = self._watch(name, place, execution)
+        place = self._waypoints.find(name)
+        self._base.wait(self._patience(self._guess(place)), execution.canceled)
+        watch = self._watch(name, place, execution, max_stray)
         self._base.drive(self._waypoints.frame, place, watch, execution.canceled)
+
+    def _patience(self, metres: float) -> float:
+        """Returns how long to wait for a server that is to drive, in seconds; 0 for ever."""
+        return self.timeout if self._limit is None else self._limit.seconds(metres)
 
     def _guess(self, place: Waypoint) -> float:
         """Returns how long a drive is at most if the robot is at a waypoint, in metres."""
         places = self._waypoints.places
         begins = places.values() if self._last is None else [places[self._last]]
-        return max(math.dist(_point(begin), _point(place)) for begin in begins)
+        return max(math.dist(to_point(begin), to_point(place)) for begin in begins)
 
-    def _watch(self, name: str, place: Waypoint, execution: ActionExecution) -> DriveWatch:
+    def _watch(
+        self, name: str, place: Waypoint, execution: ActionExecution, max_stray: float
+    ) -> DriveWatch:
         """Returns the watchdog of a drive to a waypoint."""
-        last = None if self._last is None else _point(self._waypoints.places[self._last])
+        last = None if self._last is None else to_point(self._waypoints.places[self._last])
         return DriveWatch(
             name,
-            lambda begin: Way(begin, _point(place), last),
+            lambda begin: Way(begin, to_point(place), last),
             self._guess(place),
-            max_stray=self._max_stray,
+            max_stray=max_stray,
             limit=self._limit,
             clock=lambda: execution.seconds,
         )
@@ -199,19 +220,20 @@ class MoveBase(ActionInterface):
             rospy.loginfo("%s is there again: %s to %s is not blocked", self._base.name, last, name)
 
 
-def _wait_for(holds: Callable[[], bool], seconds: float) -> bool:
-    """Waits until something holds, at most for some seconds of wall time."""
+def _wait_for(execution: ActionExecution, holds: Callable[[], bool], seconds: float) -> bool:
+    """Waits until something holds, at most for some seconds of wall time.
+
+    Raises:
+        CanceledError: The action is to stop.
+    """
     end = time.monotonic() + seconds
-    pause = threading.Event()
+    execution.sleep(0)
     while not holds():
         if time.monotonic() > end:
             return False
-        pause.wait(_POLL_SECONDS)
+        execution.canceled.wait(_POLL_SECONDS)
+        execution.sleep(0)
     return True
-
-
-def _point(waypoint: Waypoint) -> PathPoint:
-    return waypoint.x, waypoint.y
 
 
 def _time_limit() -> Optional[DriveTimeLimit]:

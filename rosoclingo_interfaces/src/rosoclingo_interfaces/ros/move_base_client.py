@@ -28,7 +28,15 @@ from rosoclingo_interfaces.watchdog import SILENCE_SECONDS, Watchdog
 # All in wall time.
 _POLL_SECONDS = 0.05  # how often a wait looks at its conditions
 _SECONDS_TO_STOP = 0.5  # for the server to confirm that the robot stops
+_SECONDS_TO_BE_FREE = 3.0  # for the server to say what it does, and to stop that
 _SECONDS_TO_CLEAR = 0.5  # for the server to clear its costmaps
+
+_UNDER_WAY = {
+    GoalStatus.PENDING,
+    GoalStatus.ACTIVE,
+    GoalStatus.PREEMPTING,
+    GoalStatus.RECALLING,
+}
 
 # What move_base says of a goal when it is told to end, by Ctrl-C or rosnode kill.
 _NODE_ENDS = "because the node has been killed"
@@ -132,6 +140,27 @@ class Base:
             has_gone = status == GoalStatus.LOST or text.endswith(_NODE_ENDS)
             kind = GoneError if has_gone else DriveError
             raise kind(f"{self.name} ended the drive as {word}" + (text and f": {text}"))
+
+    def stop(self, canceled: threading.Event) -> None:
+        """Has the server stop what it still does, such as for a process that has died.
+
+        Args:
+            canceled: Ends the wait for that, which takes some seconds at most.
+        """
+        end = time.monotonic() + _SECONDS_TO_BE_FREE
+        while self._client.last_status_msg is None and time.monotonic() < end:
+            if canceled.wait(_POLL_SECONDS):
+                return
+        if self._is_busy():
+            self._client.cancel_all_goals()
+        while self._is_busy() and time.monotonic() < end and not canceled.wait(_POLL_SECONDS):
+            pass
+
+    def _is_busy(self) -> bool:
+        statuses = self._client.last_status_msg
+        return statuses is not None and any(
+            one.status in _UNDER_WAY for one in statuses.status_list
+        )
 
     def absence(self) -> Callable[[], bool]:
         """Returns a function that says whether the server is gone, from now on.

@@ -53,7 +53,9 @@ class ObserverNode:
             RosclingoError: The parameter or the file is wrong, or does not fit to a type.
         """
         self._transforms = TransformTree()
-        self._observers = read_observers(Path(parameters.text("observers")), self._transforms)
+        self._observers = read_observers(
+            Path(parameters.text("observers")).expanduser(), self._transforms
+        )
         simulated = rospy.get_param("/use_sim_time", False)
         self._seconds: Callable[[], float] = rospy.get_time if simulated else time.monotonic
         self._lock = threading.Lock()  # guards observers, transforms, and the order of what is told

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import List, Optional
+from typing import Any, Callable, List, Optional
 
 import rospy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
@@ -51,16 +51,24 @@ class Localisation:
         fixed: The transforms that stay.
     """
 
-    def __init__(self, simulation: Simulation, names: messages.RobotNames, calls: Calls) -> None:
+    def __init__(
+        self,
+        simulation: Simulation,
+        names: messages.RobotNames,
+        calls: Calls,
+        ask: Callable[..., Any],
+    ) -> None:
         """Opens the topics.
 
         Args:
             simulation: What the robot is in.
             names: Those of the robot.
             calls: How to hand over to the simulation's thread.
+            ask: Has that call a function, and returns its value.
         """
         self._simulation = simulation
         self._calls = calls
+        self._ask = ask
         self._transform = messages.transform(messages.MAP, names.odom, simulation.physics.pose)
         self.fixed: List[TransformStamped] = []
         if simulation.estimator is None:
@@ -108,7 +116,7 @@ class Localisation:
         self._calls.submit(self._relocalise, estimator, pose)
 
     def _on_global_localization(self, _: EmptyRequest) -> EmptyResponse:
-        self._calls.submit(self._search)
+        self._ask(self._search)
         return EmptyResponse()
 
     def _search(self) -> None:

@@ -58,7 +58,7 @@ class Robot:
             self.fixed += camera.transforms()
         self._localisation: Optional[Localisation] = None
         if localisation:
-            self._localisation = Localisation(simulation, names, calls)
+            self._localisation = Localisation(simulation, names, calls, ask)
             self.fixed += self._localisation.fixed
         self._navigation: Optional[Navigation] = None
         self._goals: Optional[GoalServer] = None
