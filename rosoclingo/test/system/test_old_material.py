@@ -11,12 +11,15 @@ from pathlib import Path
 import pytest
 import roslib
 import yaml
+from actionlib import CommState
+from actionlib.action_client import CommStateMachine
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from readmes import ROOT, rows
 from rospkg import ResourceNotFound
 from terminals import Terminal, Terminals, package, terminals, wait_for
 from topics import Listener
 
-from rosoclingo.msg import ROSoClingoGoal
+from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
 
 __all__ = ["terminals"]
 
@@ -157,6 +160,20 @@ def test_what_comes_in_the_wrong_type_or_too_early(terminals: Terminals) -> None
         ROSoClingoGoal("visit(3)")
     with pytest.raises(ResourceNotFound):
         roslib.load_manifest("a_package_of_then")
+
+
+def test_a_goal_that_a_played_status_list_lacks() -> None:
+    """To a client it is lost, though it goes on."""
+    goal = ROSoClingoActionGoal()
+    goal.goal_id.id = "mine"
+    machine = CommStateMachine(goal, None, None, None, None)
+    mine = GoalStatus(goal_id=goal.goal_id, status=GoalStatus.ACTIVE)
+    machine.update_status(GoalStatusArray(status_list=[mine]))
+    assert machine.state == CommState.ACTIVE
+    played = GoalStatus(goal_id=GoalID(id="g1"), status=GoalStatus.ACTIVE)
+    machine.update_status(GoalStatusArray(status_list=[played]))
+    assert machine.state == CommState.DONE
+    assert machine.latest_goal_status.status == GoalStatus.LOST
 
 
 def test_a_client_of_the_solver(terminals: Terminals) -> None:
