@@ -186,3 +186,10 @@ def test_a_client_of_the_solver(terminals: Terminals) -> None:
         "success: True", "on(1) true", "on(2) false", "stats: True", "result: sat",
         "interrupted: False", "answerset: ['lit(1)']",
     ]  # fmt: skip
+
+
+def test_names_before_a_node_begins(terminals: Terminals) -> None:
+    """Old programs open their topics before they call ``init_node``."""
+    opened = "import rospy, std_msgs.msg as m; print(rospy.Publisher('/a', m.Empty).resolved_name)"
+    ended = terminals.run("python", "-W", "ignore", "-c", opened, "/a:=/b")
+    assert ended.output.splitlines() == ["/b"]
