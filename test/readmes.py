@@ -68,6 +68,18 @@ def section(readme: str, heading: str) -> List[Piece]:
     return dict(sections(readme))[heading]
 
 
+def rows(readme: str, heading: str) -> List[List[str]]:
+    """Returns the cells of the tables below a heading, without those of the tables' heads."""
+    text = re.split(rf"^#+ {re.escape(heading)}$", (ROOT / readme).read_text(), flags=re.M)[1]
+    lines = re.split(r"^#+ ", text, flags=re.MULTILINE)[0].splitlines()
+    heads = {number - 1 for number, line in enumerate(lines) if line.startswith("|---")}
+    return [
+        [cell.strip() for cell in line.strip("|").split(" | ")]
+        for number, line in enumerate(lines)
+        if line.startswith("| ") and number not in heads
+    ]
+
+
 def check_output(readme: str, heading: str, said: str) -> None:
     """Checks that a program has said what a section shows: these lines, in this order.
 

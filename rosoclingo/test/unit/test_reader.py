@@ -25,11 +25,12 @@ from rosoclingo.bags.model import FeedbackLine, OperatorHold, Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.replay.startup import check
-from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS
+from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, OLDER_MD5SUMS
 from rosoclingo.bags.wire import Message, rosbags_type
 from rosoclingo.loop.journal import (
     CancelArrived,
     CommandDone,
+    GoalArrived,
     NodeResumed,
     PlanFound,
     encode,
@@ -383,6 +384,22 @@ def _old() -> Maker:
     maker.add("status", 0.7, status_list=[{"goal_id": GOAL, "status": 3, "text": "done"}])
     maker.add("result", 0.8, status={"goal_id": GOAL, "status": 3, "text": "done"})
     return maker
+
+
+def test_goals_without_information(tmp_path: Path) -> None:
+    """As clients of 1.0 send them."""
+    maker, kind = _old(), LOOP_TYPES["goal"]
+    sender, seconds, _ = maker.messages[0]
+    sender = sender._replace(
+        definition=sender.definition.replace("string[] information\n", ""),
+        md5sum=OLDER_MD5SUMS[kind],
+    )
+    whole = data(kind, goal_id=GOAL, goal={"request": "bring(1,3)"})
+    maker.messages[0] = (sender, seconds, whole[:-4])  # the length of what is not there
+    recording = read_recording(maker.write(tmp_path / "a.bag"))
+    assert isinstance(recording.entries[0].event, GoalArrived)
+    assert recording.entries[0].event.request == "bring(1,3)"
+    assert recording.entries[0].event.information == ()
 
 
 def test_old_bag(tmp_path: Path) -> None:

@@ -29,6 +29,11 @@ MD5SUMS: Mapping[str, str] = {
 }
 """MD5 sums of the messages; comments and constants' order of a definition do not change them."""
 
+OLDER_MD5SUMS: Mapping[str, str] = {
+    "rosoclingo/ROSoClingoActionGoal": "858a91ebec593e8ed539fb774286cfb5",  # without information
+}
+"""MD5 sums of definitions of ROSoClingo 1.0 that have less fields, which bags may have, too."""
+
 LOOP_TYPES: Mapping[str, str] = {
     "about": "std_msgs/String",
     "journal": "rosoclingo/ROSoClingoEvent",

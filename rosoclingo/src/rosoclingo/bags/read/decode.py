@@ -6,14 +6,17 @@ from typing import Any, Dict, Optional
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from rosoclingo.bags.topics import MD5SUMS
+from rosoclingo.bags.topics import MD5SUMS, OLDER_MD5SUMS
 from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
 
 _LONGEST_DEFINITION = 2**16  # characters, with comments; the parser's time grows with the square
 
 
 class Decoder:
-    """Reads messages of the types in :data:`~rosoclingo.bags.topics.MD5SUMS`."""
+    """Reads messages of the types in :data:`~rosoclingo.bags.topics.MD5SUMS`.
+
+    Those of :data:`~rosoclingo.bags.topics.OLDER_MD5SUMS` lack the fields that came later.
+    """
 
     def __init__(self) -> None:
         self._stores: Dict[PublisherConnection, Any] = {}
@@ -23,7 +26,8 @@ class Decoder:
 
         The MD5 sum decides: definitions whose comments differ have the same.
         """
-        if connection.type != kind or connection.md5sum != MD5SUMS[kind]:
+        known = (MD5SUMS[kind], OLDER_MD5SUMS.get(kind))
+        if connection.type != kind or connection.md5sum not in known:
             return (
                 f"{connection.topic} was recorded as {connection.type} with the MD5 sum "
                 f"{connection.md5sum}, and {kind} has {MD5SUMS[kind]}"
