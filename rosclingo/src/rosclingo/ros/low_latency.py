@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any, Callable, Dict, Iterable, Optional
 
 import rospy
+from rospy.impl.tcpros import get_tcpros_handler
 
 # Messages for a slow client. actionlib's 50 are too few when many goals end at once: a client whose
 # result is dropped waits for ever.
@@ -61,6 +62,9 @@ def publisher(
         headers: Fields that subscribers find in the headers of the connections.
     """
     listener = None if on_subscriber is None else _Listener(on_subscriber)
+    if rospy.core.is_initialized():
+        # rospy.Publisher does so only when it is known to the master: who connects at once is late.
+        get_tcpros_handler().set_tcp_nodelay(rospy.resolve_name(topic), True)
     return _Publisher(
         topic,
         kind,
