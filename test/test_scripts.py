@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
         (("setup", "--tests"), ["usage: scripts/setup [--test | --bench | --docs]"]),
         (("test", "unit"), ["'unit'", "system whole browser"]),
         (("test", "--again", "units"), ["--again needs a number"]),
-        (("docs", "--help"), ["usage: scripts/docs [FOLDER]"]),
+        (("docs", "--help"), ["usage: scripts/docs [FOLDER | --check]"]),
         (("docs", str(ROOT / "docs")), ["/docs' has something else than a site"]),
         (("in-chroot", "trixie"), ["usage: scripts/in-chroot SUITE COMMAND..."]),
         (("in-chroot", "sarge", "true"), ["'sarge'", "bookworm, trixie, focal"]),

@@ -34,7 +34,7 @@ exclude_patterns = [".*", "build", "demo", "devel", "install", "site"]
 myst_heading_anchors = 6
 myst_fence_as_directive = ["mermaid"]
 highlight_language = "text"
-smartquotes = False  # they would make a dash of the hyphens of an option
+smartquotes_action = "D"  # dashes alone; quotation marks are those of the code
 
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "show-inheritance": True}

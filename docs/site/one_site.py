@@ -50,12 +50,16 @@ def contents(root: Path) -> str:
     linked = _LINK.findall((root / "docs" / "README.md").read_text())
     names = [name[3:] if name.startswith("../") else f"docs/{name}" for name in linked]
     packages = [name for name in names if name.endswith("/README")]
-    changes = [name.replace("README", "CHANGELOG") for name in packages]
+    changes = [name.rpartition("/")[0] for name in packages]
     parts = {
         "Documents": ["docs/README", *(name for name in names if "README" not in name)],
         "Packages": packages,
         "API": ["docs/api/index"],
-        "Changes": [name for name in changes if (root / f"{name}.rst").exists()],
+        "Changes": [
+            f"{name} <{name}/CHANGELOG>"
+            for name in changes
+            if (root / name / "CHANGELOG.rst").exists()
+        ],
     }
     return "".join(
         f"\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n" + "\n".join(listed) + "\n```\n"
