@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Iterator, List, Tuple
 
 ROOT = Path(__file__).resolve().parents[1]
-_NOT_OURS = {"build", "devel", "install", "demo"}  # what building and running leave behind
+_NOT_OURS = {"build", "devel", "install", "demo", "site"}  # what building and running leave behind
 
 PROGRAMS = (
     "catkin_create_pkg", "catkin_make", "cd", "chmod", "echo", "export", "git", "kill", "mkdir",

@@ -18,11 +18,13 @@ ROOT = Path(__file__).resolve().parents[1]
 @pytest.mark.parametrize(
     ("command", "pieces"),
     [
-        (("setup", "--tests"), ["usage: scripts/setup [--test | --bench]"]),
+        (("setup", "--tests"), ["usage: scripts/setup [--test | --bench | --docs]"]),
         (("test", "unit"), ["'unit'", "system whole browser"]),
         (("test", "--again", "units"), ["--again needs a number"]),
         (("test", "--part", "4", "units"), ["--part needs a number from 1 to 3"]),
         (("test", "--all"), ["'--all'", "--again N, --full, --part N"]),
+        (("docs", "--help"), ["usage: scripts/docs [FOLDER | --check]"]),
+        (("docs", str(ROOT / "docs")), ["/docs' has something else than a site"]),
         (("in-chroot", "trixie"), ["usage: scripts/in-chroot SUITE COMMAND..."]),
         (("in-chroot", "sarge", "true"), ["'sarge'", "bookworm, trixie, focal"]),
     ],

@@ -28,7 +28,7 @@ AFTER_CRASH = (AGAIN, FAIL, UNKNOWN)
 class ActionInterface:
     """Does the actions of one or more actuators.
 
-    A subclass has a method for each action, which is called in a thread of its own:
+    A subclass has a method for each action, which is called in a thread of its own::
 
         class Mailbot(ActionInterface):
             actuators = ("mailbot",)
@@ -51,7 +51,7 @@ class ActionInterface:
     that are no actions begin with an underscore.
 
     An action has a token, and is done once by a node. If the node has a ``~store`` and crashes in
-    an action, :attr:`after_crash` says what is to become of it. Without a store, or by a rosoclingo
+    an action, ``after_crash`` says what is to become of it. Without a store, or by a rosoclingo
     that knows no tokens, an action that was not answered comes again, and so does the last one: a
     method should return True at once if there is nothing to do.
 
@@ -110,7 +110,7 @@ class ActionInterface:
         return find(self, action, ActionInterface) is not None
 
     def outcome_after_crash(self, action: clingo.Symbol) -> str:
-        """Returns one of :data:`AFTER_CRASH` for an action, by :attr:`after_crash`."""
+        """Returns one of :data:`AFTER_CRASH` for an action, by ``after_crash``."""
         name = action.name if action.type is clingo.SymbolType.Function else ""
         return {"go": AGAIN, **self.after_crash}.get(name, UNKNOWN)
 

@@ -80,7 +80,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         *,
         results_kept: int = 0,
     ) -> None:
-        """Prepares a server that :meth:`start` makes public.
+        """Prepares a server that ``start`` makes public.
 
         Args:
             name: Name of the action.
@@ -219,7 +219,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
                 super().internal_goal_callback(goal)
 
     def restore(self, goal: Any, status: int, text: str = "") -> actionlib.ServerGoalHandle:
-        """Takes over a goal of a server of this name that is no more; before :meth:`start`.
+        """Takes over a goal of a server of this name that is no more; before ``start``.
 
         Args:
             goal: The message with which it came, with a header that names the node that sent it.

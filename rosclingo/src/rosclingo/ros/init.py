@@ -26,12 +26,12 @@ _MASTER_SECONDS = 0.1  # how often it is looked whether there is a master
 
 
 def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
-    """Initialises the node as ``rospy.init_node`` does, with :mod:`.patches` and other signals.
+    """Initialises the node as ``rospy.init_node`` does, with patches and other signals.
 
-    ``rospy.core._ros_signal`` shuts the node down in the handler of SIGINT and SIGTERM, which
-    interrupts the main thread: what needs a lock of that thread waits, for ever. Here another
-    thread shuts down. A second signal ends the process at once, and so does the first while there
-    is no master yet.
+    The patches are those of :mod:`rosclingo.ros.patches`. ``rospy.core._ros_signal``
+    shuts the node down in the handler of SIGINT and SIGTERM, which interrupts the main thread: what
+    needs a lock of that thread waits, for ever. Here another thread shuts down. A second signal
+    ends the process at once, and so does the first while there is no master yet.
 
     ``rospy.init_node`` fails without a master if the command line has parameters. This waits for a
     master.

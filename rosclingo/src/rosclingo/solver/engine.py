@@ -1,4 +1,4 @@
-"""The solver: the only owner of a :class:`clingo.Control`.
+"""The solver: the only owner of a :class:`clingo.control.Control`.
 
 >>> engine = Engine(Options())
 >>> base = [wire.Add("base", (), "{ a; b }. :- not a."), wire.Ground((wire.Part("base"),))]
@@ -135,7 +135,7 @@ class Engine:
 
         Raises:
             RosclingoError: The command is wrong; the solver is as it was before.
-            SolverError: clingo failed; only :class:`Restart` is sure to work afterwards.
+            SolverError: clingo failed; only ``wire.Restart`` is sure to work afterwards.
         """
         is_ground = isinstance(command, wire.Ground)
         self.activity.begin(GROUNDING if is_ground else wire.command_name(command))

@@ -2,14 +2,12 @@
 
 A case G is said by facts, with G as their last argument:
 
-| fact | meaning |
-|---|---|
-| ``observed(O,X,G)`` | X was observed of O, such as ``failure`` of a drive |
-| ``usual(O,X,G)`` | X is what would be observed of O if no cause has a say in that |
-| ``cause(C,W,G)`` | C may be so; that is surprising by W, a whole number from 1 on |
-| ``makes(C,O,X,G)`` | if C is so, X may be observed of O, and what is usual may not |
-| ``may_make(C,O,X,G)`` | if C is so, X may be observed of O, as well as what is usual |
-| ``excludes(C,D,G)`` | C and D are not both so |
+* ``observed(O,X,G)``: X was observed of O, such as ``failure`` of a drive
+* ``usual(O,X,G)``: X is what would be observed of O if no cause has a say in that
+* ``cause(C,W,G)``: C may be so; that is surprising by W, a whole number from 1 on
+* ``makes(C,O,X,G)``: if C is so, X may be observed of O, and what is usual may not
+* ``may_make(C,O,X,G)``: if C is so, X may be observed of O, as well as what is usual
+* ``excludes(C,D,G)``: C and D are not both so
 
 An *explanation* is a set of causes with which all may be observed that was, and that can spare none
 of its causes. The fewer observations it leaves unexplained, and then the less its causes' sum of

@@ -91,7 +91,7 @@ class Job:
         """A better model was found while optimising."""
 
     def finished(self, outcome: wire.Outcome) -> None:
-        """The search ended; ``outcome.interrupted`` tells whether :attr:`reason` ended it."""
+        """The search ended; ``outcome.interrupted`` tells whether ``reason`` ended it."""
 
     def failed(self, message: str) -> None:
         """The search was not possible."""

@@ -1,6 +1,7 @@
-"""Grounds an encoding, as the process ``python -m`` that :mod:`.encoding` starts.
+"""Grounds an encoding, in a process of its own.
 
-It reads a command line as JSON, prints what it has found, and gives way to all other processes.
+:mod:`rosoclingo.completion.encoding` starts it by ``python -m``. It reads a command
+line as JSON, prints what it has found, and gives way to all other processes.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ class Parts:
         Args:
             inbox: Where messages, goals and cancel requests come in.
             environment: Where actions and log messages go.
-            parameters: Those of :class:`Loop` that have a name.
+            parameters: Those of :class:`.Loop` that have a name.
         """
         return Loop(self.decider(), self.planner, self.commands, inbox, environment, **parameters)
 

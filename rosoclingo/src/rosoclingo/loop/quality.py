@@ -41,7 +41,7 @@ class Quality:
 
     @classmethod
     def read(cls, text: str) -> Quality:
-        """Decodes the text of :meth:`__str__`.
+        """Decodes the text of ``str``.
 
         Raises:
             ValueError: It is something else.

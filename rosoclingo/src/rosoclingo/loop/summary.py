@@ -1,6 +1,7 @@
 """Summary of a run for humans and scripts: a line, and what each actuator does; without ROS.
 
-See docs/protocol.md, section "Summary". :mod:`.health` and :mod:`.actuator_health` say more.
+See docs/protocol.md, section "Summary". :mod:`rosoclingo.loop.health` and
+:mod:`.actuator_health` say more.
 
 >>> doing = CurrentActivity(Doing.WAITS, "", since=0.0)
 >>> summary = LoopSummary(step=3, horizon=7, goals_open=2, goals_waiting=1, is_paused=True)

@@ -1,7 +1,8 @@
 """Domains and problems: sections, types, and actions with numbers and durations.
 
 Fast Downward's translator knows neither numbers nor durations. So an :class:`ActionSchema` has its
-``precondition`` and ``effect`` without them, for the translator, and what was left out beside that:
+``precondition`` and ``effect`` without them, for the translator, and beside that what was left
+out::
 
     (:durative-action drive :parameters (?r ?a ?b) :duration (= ?duration 5)
       :condition (and (at start (at ?r ?a)) (over all (>= (battery ?r) 2)))

@@ -37,8 +37,8 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     Args:
         commands: Class with a method for each command, such as ``ROSCommands``.
 
-    The exit status is that of :func:`run`. Arguments of the command line are ignored, because the
-    manual passes one.
+    The exit status is that of :func:`rosoclingo.ros.running.run`. Arguments of the command line are
+    ignored, because the manual passes one.
     """
     init_node("rosoclingo", usage=_USAGE)
     run(lambda: _make(commands))

@@ -180,7 +180,7 @@ class Store:
 
     @property
     def ended_goals(self) -> List[KnownGoal]:
-        """The ended goals of :attr:`goals`, in the order of their ends."""
+        """The ended goals of ``goals``, in the order of their ends."""
         ended = (one for one in self.goals.values() if one.status.is_terminal)
         return sorted(ended, key=lambda one: one.time)
 

@@ -110,7 +110,7 @@ class MoveBaseDriver:
         time: float,
         neighbours: Sequence[Neighbour] = (),
     ) -> VelocityCommand:
-        """Returns the next command for the wheels; :attr:`outcome` tells if the goal has ended.
+        """Returns the next command for the wheels; ``outcome`` tells if the goal has ended.
 
         Args:
             pose: Where the robot is.

@@ -34,7 +34,8 @@ def values_of(option: str, words: Sequence[str]) -> List[str]:
     SIGALRM ends the process if that takes too long.
 
     Args:
-        option: One of :mod:`..questions`: actions of the plan, or slots and requests of goals.
+        option: One of :mod:`rosoclingo.completion.questions`: actions of the plan, or slots and
+            requests of goals.
         words: Words of the command line, which may remap the planning node's name.
     """
     signal.setitimer(signal.ITIMER_REAL, _SECONDS)

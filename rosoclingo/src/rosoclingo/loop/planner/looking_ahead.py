@@ -40,7 +40,7 @@ def look_ahead(
         solver: The planner's solver.
         run: Runs commands that concern queries and pauses alone.
         ground: Grounds all steps up to one.
-        ground_pauses: Grounds :data:`PAUSES_PART` for all steps up to one.
+        ground_pauses: Grounds :data:`.PAUSES_PART` for all steps up to one.
         step: The current step, after which pauses can be forbidden.
         asked: The horizon that is asked for, which is the first one.
         last: The last one; infinite if there is none.

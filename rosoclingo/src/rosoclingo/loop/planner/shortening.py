@@ -36,7 +36,7 @@ def shorten(
     stays, also where the encoding is not told of it.
 
     Args:
-        solver: The planner's solver; its externals :data:`STILL` are false before and after
+        solver: The planner's solver; its externals ``STILL`` are false before and after
             that.
         run: Runs commands that set these externals.
         plan: The plan that stands.

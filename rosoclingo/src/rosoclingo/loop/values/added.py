@@ -37,11 +37,11 @@ PAUSES = wire.Add(
     f" #external {STILL}(t). :- {STILL}(t), rosoclingo_acts(t)."
     f" #external {UNBROKEN}(t). :- {UNBROKEN}(t), rosoclingo_acts(t), not rosoclingo_acts(t-1).",
 )
-"""The part :data:`PAUSES_PART`, which an encoding gets when horizons take turns."""
+"""The part ``PAUSES_PART``, which an encoding gets when horizons take turns."""
 
 SLOT_PART = "rosoclingo_slot"
 SLOT = f"{SLOT_PART}("
 """Prefix of the external that is declared for each slot, so that a solver node lists the slots."""
 
 SLOTS = wire.Add(SLOT_PART, (), f"#defined rslot/1. #external {SLOT}ID) : rslot(ID).")
-"""The part :data:`SLOT_PART`, which declares them."""
+"""The part ``SLOT_PART``, which declares them."""

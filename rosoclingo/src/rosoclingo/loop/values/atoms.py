@@ -65,7 +65,7 @@ class Plan:
     """A plan: the atoms of an answer set that rosoclingo reads.
 
     That is do/3, status/3, holds/2, abort/2 and feedback/2, of times lasts/3, expected/2 and due/2,
-    and those of :mod:`.beliefs`.
+    and those of :mod:`rosoclingo.loop.values.beliefs`.
 
     Attributes:
         symbols: The answer set.
