@@ -32,5 +32,5 @@ def parts(names: Iterable[str]) -> Dict[str, int]:
 
 
 def is_part(text: str) -> bool:
-    """Whether a text is the number of a part."""
+    """Returns whether a text is the number of a part."""
     return text in {str(number) for number in range(1, NUMBER + 1)}

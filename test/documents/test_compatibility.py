@@ -1,4 +1,4 @@
-"""What is printed of old bags."""
+"""Types what the document on compatibility prints of old bags."""
 
 from __future__ import annotations
 

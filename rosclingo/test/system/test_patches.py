@@ -93,6 +93,30 @@ def test_no_message_waits_for_the_acknowledgement_of_another(terminals: Terminal
     assert "/subscribed: True" in node.output
 
 
+# As soon as the master may be told of the topic, it has the option.
+OPENING = """
+import rospy
+from rospy.impl.registration import RegistrationListener, get_registration_listeners
+from rospy.impl.tcpros import get_tcpros_handler
+from std_msgs.msg import Empty
+from rosclingo.ros.init import init_node
+from rosclingo.ros.low_latency import publisher
+
+class Listener(RegistrationListener):
+    def reg_added(self, name, kind, way):
+        print(f"{name}: {get_tcpros_handler().tcp_nodelay_map.get(name)}", flush=True)
+
+init_node("opening")
+get_registration_listeners().add_listener(Listener())
+topics = [publisher("published", Empty), publisher("~own", Empty)]
+"""
+
+
+def test_who_connects_at_once_waits_for_no_acknowledgement_either(terminals: Terminals) -> None:
+    node = terminals.run("python", "-c", OPENING)
+    assert node.output.splitlines()[:2] == ["/published: True", "/opening/own: True"]
+
+
 ENDING = """
 import os, signal, sys, threading, time
 import rospy

@@ -33,7 +33,7 @@ def code(cell: str) -> str:
 
 @pytest.fixture(scope="module")
 def convert() -> Callable[[str], str]:
-    """What 2to3 makes of a program; leaves the test out where there is no 2to3."""
+    """Converts a program by 2to3; leaves the test out where there is none."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it says that it will be gone
         refactor = pytest.importorskip("lib2to3.refactor")

@@ -10,7 +10,8 @@ from __future__ import annotations
 from typing import Any, Callable, Dict, Iterable, Optional
 
 import rospy
-from rospy.impl.tcpros import get_tcpros_handler
+
+from rosclingo.ros.patches import set_tcp_nodelay
 
 # Messages for a slow client. actionlib's 50 are too few when many goals end at once: a client whose
 # result is dropped waits for ever.
@@ -62,9 +63,7 @@ def publisher(
         headers: Fields that subscribers find in the headers of the connections.
     """
     listener = None if on_subscriber is None else _Listener(on_subscriber)
-    if rospy.core.is_initialized():
-        # rospy.Publisher does so only when it is known to the master: who connects at once is late.
-        get_tcpros_handler().set_tcp_nodelay(rospy.resolve_name(topic), True)
+    set_tcp_nodelay(topic)
     return _Publisher(
         topic,
         kind,

@@ -20,6 +20,7 @@ from rospy.impl import tcpros_base
 from rospy.impl.masterslave import ROSHandler
 from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.registration import RegManager, get_registration_listeners
+from rospy.impl.tcpros import get_tcpros_handler
 
 _CALL = b"POST"  # how a call of XML-RPC begins; as a header, it would be more than a GiB long
 _SECONDS_TO_REGISTER = 0.5  # how long a shutdown waits for a call that tells the master of a name
@@ -40,6 +41,19 @@ def init_patched_node(name: str, **options: Any) -> None:
     _wake_registration_at_shutdown()
     _wait_for_registrations_at_shutdown()
     _do_not_subscribe_to_parameters()
+
+
+def set_tcp_nodelay(topic: str) -> None:
+    """Sets TCP_NODELAY for all connections of a topic that is to be published.
+
+    ``rospy.Publisher`` does so after it has told the master of the topic: who connects at once has
+    a connection without it.
+
+    Args:
+        topic: Name of the topic.
+    """
+    if rospy.core.is_initialized():
+        get_tcpros_handler().set_tcp_nodelay(rospy.resolve_name(topic), True)
 
 
 class _XmlRpcServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):

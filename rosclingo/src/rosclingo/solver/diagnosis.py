@@ -15,6 +15,7 @@ from typing import (
     Sequence,
     Set,
     Tuple,
+    TypeVar,
     cast,
 )
 
@@ -109,14 +110,7 @@ def diagnose(facts: Sequence[CaseFact], most: int, margin: int) -> Diagnosis:
         possible |= found.possible
     causes, observations = list(ranks["cause"]), list(ranks["observation"])
     return Diagnosis(
-        tuple(
-            Explanation(
-                one.weight,
-                tuple(causes[cause] for cause in one.causes),
-                tuple(observations[left] for left in one.unexplained),
-            )
-            for one in kept
-        ),
+        tuple(Explanation(*_renamed(one, causes, observations)) for one in kept),
         frozenset(causes[cause] for cause in certain),
         frozenset(causes[cause] for cause in possible),
     )
@@ -130,8 +124,9 @@ _KINDS: Mapping[str, Tuple[str, ...]] = {
     "makes": ("cause", "observation", "value"),
     "may_make": ("cause", "observation", "value"),
 }
-"""What the arguments of facts are."""
+"""The kinds of the arguments of facts."""
 
+_Name = TypeVar("_Name")
 _Node = Tuple[bool, int]  # whether it is a cause, and its rank
 _Fact = Tuple[str, Tuple[int, ...]]  # with ranks, or a weight, in the place of symbols
 
@@ -166,6 +161,17 @@ def _ranks(facts: Sequence[CaseFact], kind: str) -> Dict[Symbol, int]:
 
 def _rank(ranks: Mapping[str, Mapping[Symbol, int]], kind: str, symbol: Symbol) -> int:
     return symbol.number if kind == "weight" else ranks[kind][symbol]
+
+
+def _renamed(
+    one: _Numbered, causes: Sequence[_Name], observations: Sequence[_Name]
+) -> Tuple[int, Tuple[_Name, ...], Tuple[_Name, ...]]:
+    """Returns an explanation with what stands at its ranks."""
+    return (
+        one.weight,
+        tuple(causes[cause] for cause in one.causes),
+        tuple(observations[left] for left in one.unexplained),
+    )
 
 
 def _joined(one: _Numbered, other: _Numbered) -> _Numbered:
@@ -230,14 +236,7 @@ def _explain_part(part: Sequence[_Fact], most: int, margin: int) -> _PartDiagnos
     found = _diagnose_part(tuple(facts), most, margin)
     causes, observations = old["cause"], old["observation"]
     return _PartDiagnosis(
-        tuple(
-            _Numbered(
-                one.weight,
-                tuple(causes[cause] for cause in one.causes),
-                tuple(observations[left] for left in one.unexplained),
-            )
-            for one in found.kept
-        ),
+        tuple(_Numbered(*_renamed(one, causes, observations)) for one in found.kept),
         frozenset(causes[cause] for cause in found.certain),
         frozenset(causes[cause] for cause in found.possible),
     )

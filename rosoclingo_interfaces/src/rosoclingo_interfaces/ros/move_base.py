@@ -126,7 +126,7 @@ class MoveBase(ActionInterface):
         return True
 
     def knows(self, action: clingo.Symbol) -> bool:
-        """Whether this interface does an action."""
+        """Returns whether this interface does an action."""
         is_look = action.match("look", 0)
         return super().knows(action) and (self._looks or not is_look)
 
