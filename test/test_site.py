@@ -1,4 +1,4 @@
-"""What makes the site leaves out no document and no module; scripts/docs builds it."""
+"""The site leaves out no document and no module; scripts/docs builds it."""
 
 from __future__ import annotations
 

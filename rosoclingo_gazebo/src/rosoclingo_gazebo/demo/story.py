@@ -113,7 +113,7 @@ class DemoStory:
 
     @property
     def has_ended(self) -> bool:
-        """Whether all requests have ended."""
+        """True when all requests have ended."""
         with self._lock:
             return all(
                 goal in self._statuses and self._statuses[goal].is_terminal for goal in self._goals

@@ -87,7 +87,7 @@ class ThirdScenario(DemoStory):
 
     @property
     def has_ended(self) -> bool:
-        """Whether all requests have ended."""
+        """True when all requests have ended."""
         with self._lock:
             return all(goal.ended for goal in self._validator.goals.values())
 
