@@ -1,8 +1,9 @@
-"""Splits the costly tests into three parts, of which each run of scripts/test takes one.
+"""Splits the costly tests into six parts, of which each run of scripts/test takes one.
 
-A test is costly if it has the mark of this name. PART in the environment, from 1 to 3, names the
-part that runs; without it all tests run. A test's part depends on its name alone, and that of a
-variant also on its place among the test's variants, so that a run has some of three or more.
+A test is costly if it has the mark of this name. PART in the environment, from 1 to 6, names the
+part that runs; without it all tests run. The parts of a file's costly tests take turns, those of a
+variant too, so that each part has as many of a file as another, and of two files that have one
+each, mostly not both.
 """
 
 from __future__ import annotations
@@ -11,23 +12,23 @@ import collections
 import zlib
 from typing import Counter, Dict, Iterable
 
-NUMBER = 3
+NUMBER = 6  # scripts/test reads it here
 
 
 def parts(names: Iterable[str]) -> Dict[str, int]:
-    """Returns each test's part, from 1 to 3.
+    """Returns each test's part, from 1 to 6.
 
     Args:
-        names: Node ids of pytest, such as ``test/test_x.py::test_y[a]``; all variants of a test,
-            in an order that is always the same.
+        names: Node ids of pytest, such as ``test/test_x.py::test_y[a]``, of all costly tests of
+            each file, in an order that is always the same.
     """
-    variants: Counter[str] = collections.Counter()
+    turns: Counter[str] = collections.Counter()
     found = {}
     for name in names:
-        test = name.partition("[")[0]
+        file = name.partition("::")[0]
         # Not hash(), which differs from process to process.
-        found[name] = (zlib.crc32(test.encode()) + variants[test]) % NUMBER + 1
-        variants[test] += 1
+        found[name] = (zlib.crc32(file.encode()) + turns[file]) % NUMBER + 1
+        turns[file] += 1
     return found
 
 

@@ -1,4 +1,4 @@
-"""Each costly test is in one of three parts, and a run has one part."""
+"""Each costly test is in one of six parts, and a run has one part."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ import pytest
 
 pytestmark = pytest.mark.costly
 
-@pytest.mark.parametrize("number", range(5))
+@pytest.mark.parametrize("number", range(7))
 def test_variants(number):
     pass
 
@@ -70,38 +70,43 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     """In one line, by several processes, too, of which each collects the tests."""
     run = run_pytest(tmp_path, "2", "-p", "xdist", "-n", "1")
     (line,) = re.findall(r"^SKIPPED .*", run.stdout, re.MULTILINE)
-    number = 9 - len(passed(run))
+    number = 11 - len(passed(run))
     assert number > 0
     assert line.startswith(f"SKIPPED [{number}] conftest.py:")
-    assert line.endswith("costly, and not in part 2 of 3: scripts/test --full runs all")
+    assert line.endswith("costly, and not in part 2 of 6: scripts/test --full runs all")
 
 
 def test_a_part_that_there_is_not(tmp_path: Path) -> None:
-    assert [is_part(text) for text in ("1", "3", "0", "4", "01", "1.0", "first", "²")] == [
+    assert [is_part(text) for text in ("1", "6", "0", "7", "01", "1.0", "first", "²")] == [
         *(True, True),
         *[False] * 6,
     ]
-    run = run_pytest(tmp_path, "4")
+    run = run_pytest(tmp_path, "7")
     assert run.returncode == pytest.ExitCode.USAGE_ERROR
-    assert "PART=4 in the environment: expected a number from 1 to 3" in run.stderr
+    assert "PART=7 in the environment: expected a number from 1 to 6" in run.stderr
 
 
-def names(*tests: str, variants: int = 1) -> List[str]:
-    return [f"test/test_x.py::{test}[{one}]" for test in tests for one in range(variants)]
+def names(file: str, *tests: str, variants: int = 1) -> List[str]:
+    return [f"test/{file}.py::{test}[{one}]" for test in tests for one in range(variants)]
 
 
 def test_a_name_says_the_part() -> None:
-    """Neither tests beside it, nor the process, which has a random hash, change it."""
-    one, more = parts(names("test_b", variants=4)), parts(names("test_a", "test_b", variants=4))
+    """Neither other files, nor the process, which has a random hash, change it."""
+    one = parts(names("test_b", "test_b", variants=4))
+    more = parts([*names("test_a", "test_a", variants=5), *names("test_b", "test_b", variants=4)])
     assert one.items() <= more.items()
-    found = [one[name] for name in names("test_b", variants=4)]
-    assert found[0] == found[3]
-    assert sorted(found[:3]) == [1, 2, 3]
-    assert parts(["test/test_x.py::test_b"]) == {"test/test_x.py::test_b": found[0]}
+    assert parts(["test/test_x.py::test_b"]) == {"test/test_x.py::test_b": 3}
+
+
+def test_the_tests_of_a_file_take_turns() -> None:
+    """Those of two functions, too."""
+    found = list(parts(names("test_x", "test_a", "test_b", variants=NUMBER - 1)).values())
+    assert sorted(found[:NUMBER]) == list(NUMBERS)
+    assert found[NUMBER:] == found[: NUMBER - 2]
 
 
 def test_no_part_has_nearly_all() -> None:
     sizes: Dict[int, int] = dict.fromkeys(NUMBERS, 0)
-    for part in parts([f"test/test_x.py::test_{number}" for number in range(300)]).values():
+    for part in parts([f"test/test_{number}.py::test_x" for number in range(300)]).values():
         sizes[part] += 1
-    assert min(sizes.values()) > 70
+    assert min(sizes.values()) > 300 / NUMBER / 1.5

@@ -11,6 +11,7 @@ from typing import Callable, List, Tuple
 
 import pytest
 import yaml
+from parts import NUMBER
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -21,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
         (("setup", "--tests"), ["usage: scripts/setup [--test | --bench | --docs]"]),
         (("test", "unit"), ["'unit'", "system whole browser"]),
         (("test", "--again", "units"), ["--again needs a number"]),
-        (("test", "--part", "4", "units"), ["--part needs a number from 1 to 3"]),
+        (("test", "--part", "7", "units"), ["--part needs a number from 1 to 6"]),
         (("test", "--all"), ["'--all'", "--again N, --full, --part N"]),
         (("docs", "--help"), ["usage: scripts/docs [FOLDER | --check]"]),
         (("docs", str(ROOT / "docs")), ["/docs' has something else than a site"]),
@@ -49,6 +50,8 @@ def part_of_a_run(tmp_path: Path) -> Callable[..., str]:
     ):
         (tmp_path / "scripts" / name).write_text(text)
         (tmp_path / "scripts" / name).chmod(0o755)
+    (tmp_path / "test").mkdir()
+    shutil.copy(ROOT / "test" / "parts.py", tmp_path / "test")
 
     def run(*options: str, **environment: str) -> str:
         without = {name: value for name, value in os.environ.items() if name != "FULL"}
@@ -76,15 +79,15 @@ def test_a_commit_has_its_part(part_of_a_run: Callable[..., str], tmp_path: Path
     git = ("git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@localhost")
     subprocess.run([*git, "init", "--quiet"], check=True)
     found = set()
-    for number in range(6):
+    for number in range(40):
         (tmp_path / "file").write_text(str(number))
         subprocess.run([*git, "add", "file"], check=True)
         subprocess.run([*git, "commit", "--quiet", "-m", "Change"], check=True)
         tree = subprocess.check_output([*git, "rev-parse", "HEAD^{tree}"], text=True)
         part = part_of_a_run()
-        assert part == f"part:{int(tree[:7], 16) % 3 + 1}"
+        assert part == f"part:{int(tree[:7], 16) % NUMBER + 1}"
         found.add(part)
-    assert found == {"part:1", "part:2", "part:3"}
+    assert found == {f"part:{part + 1}" for part in range(NUMBER)}
 
 
 DEMO_COMMANDS = """

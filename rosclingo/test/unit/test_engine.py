@@ -298,6 +298,7 @@ def test_values_count_in_the_search(engine: Engine) -> None:
     assert engine.solve() == sat()
 
 
+@pytest.mark.costly
 def test_a_search_ends_after_some_conflicts(engine: Engine) -> None:
     holes = "1 { in(P,H) : H = 1..9 } 1 :- P = 1..10. :- in(P,H), in(Q,H), P < Q."
     engine.run([Add("base", (), holes), Ground((Part("base"),))])
@@ -465,6 +466,7 @@ def test_a_restart_parses_only_what_has_changed(
         assert len(parsed) == times
 
 
+@pytest.mark.costly
 def test_no_message_quotes_all_of_a_long_text(engine: Engine) -> None:
     name = "a" * 1_000_000
     engine.apply(Add("p" + name, (), "#external e."))

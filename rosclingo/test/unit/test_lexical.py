@@ -58,6 +58,7 @@ TOKENS = [
 ]
 
 
+@pytest.mark.costly
 @pytest.mark.usefixtures("folder")
 def test_no_include_of_clingo_is_missed() -> None:
     opened = 0
@@ -189,6 +190,7 @@ def _compound(term: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 TERM = st.recursive(LEAF, _compound, max_leaves=12)
 
 
+@pytest.mark.costly
 @settings(max_examples=250)
 @given(st.lists(TERM, min_size=1, max_size=3))
 def test_depth_is_an_upper_bound(terms: List[str]) -> None:
@@ -255,6 +257,7 @@ DEEP: List[Tuple[str, str]] = [
 ]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("text", [text for _, text in DEEP], ids=[name for name, _ in DEEP])
 def test_what_would_overflow_the_stack_is_refused(text: str) -> None:
     assert too_deep(text)

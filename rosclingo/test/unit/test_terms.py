@@ -245,6 +245,7 @@ def test_arithmetic_is_exact_or_refused(expression: _Expression) -> None:
 
 
 # Without "\" and "/", which may end the process: see above.
+@pytest.mark.costly
 @given(st.text(max_size=20) | st.text("f(,)a1X_-+*.;:|\"'%@# \n\0", max_size=12))
 def test_any_text_is_a_term_or_refused(text: str) -> None:
     with contextlib.suppress(TermError):

@@ -67,6 +67,7 @@ def test_ways_are_the_shortest_ones(engine: Engine, seed: int, longest: int) -> 
             check(engine, dice, dice.randint(0, graph), graphs)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("adds", [False, True])
 @pytest.mark.parametrize("seed", range(6))
 def test_a_graph_may_be_another_one_with_changes(engine: Engine, seed: int, adds: bool) -> None:

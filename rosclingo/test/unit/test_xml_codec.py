@@ -216,6 +216,7 @@ def test_elements_are_counted_while_they_are_read(monkeypatch: pytest.MonkeyPatc
     assert decode_assumptions(encode_assumptions(assumptions)) == assumptions
 
 
+@pytest.mark.costly
 def test_a_reply_may_be_large() -> None:
     reply = Reply((Externals((("a", Truth.TRUE),) * MAX_ELEMENTS),))
     assert decode_reply(encode_reply(reply)) == reply
@@ -330,6 +331,7 @@ def damaged(draw: st.DrawFn) -> bytes:
     return bytes(data)
 
 
+@pytest.mark.costly
 @settings(max_examples=300)
 @given(st.binary() | st.text() | SOUP | damaged())
 def test_nothing_raises_anything_but_the_error_of_the_codec(text: Any) -> None:

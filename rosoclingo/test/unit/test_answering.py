@@ -120,6 +120,7 @@ def test_a_question_is_read(kind: QuestionKind) -> None:
         read("who", [])
 
 
+@pytest.mark.costly
 def test_a_task_comes_and_a_reply_goes() -> None:
     for question, found in (
         (PLAN, WHY),
@@ -235,6 +236,7 @@ print(open("/proc/self/oom_score_adj").read())
         assert said.stdout.split() == [is_idle, str(value), "1000"]
 
 
+@pytest.mark.costly
 def test_one_process_answers_all_questions(make: Callable[..., Asked]) -> None:
     usual = make()
     assert usual.ask(task()).text == WHY
@@ -245,6 +247,7 @@ def test_one_process_answers_all_questions(make: Callable[..., Asked]) -> None:
     assert (usual.pid, usual.warnings) == (pid, [])
 
 
+@pytest.mark.costly
 def test_one_that_was_ended_between_questions_is_replaced(make: Callable[..., Asked]) -> None:
     asked = make()
     assert asked.ask(task()).text == WHY
@@ -319,6 +322,7 @@ def test_who_closes_it_need_not_wait(make: Callable[..., Asked]) -> None:
     assert asked.warnings == []
 
 
+@pytest.mark.costly
 def test_it_rests_while_the_loop_is_in_a_hurry(make: Callable[..., Asked]) -> None:
     asked = make()
     asked.rest(True)  # before there is a process, and a question

@@ -73,6 +73,7 @@ def improving(run: DeskSimulation) -> List[SearchEnded]:
     return [one for one in events(run.journal, SearchEnded) if one.how in IMPROVING]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", MODES)
 def test_a_better_plan_takes_the_place_of_the_first(mode: str) -> None:
     run = simulation(mode, AT_ONCE)
@@ -105,6 +106,7 @@ def test_a_better_plan_takes_the_place_of_the_first(mode: str) -> None:
     assert run.clock <= 2 * proven.clock
 
 
+@pytest.mark.costly
 def test_at_the_desk_patience_is_the_end() -> None:
     """No time goes by while a better plan is looked for, so that this might never end."""
     goals = [word for request in REQUESTS for word in ("--goal", request)]
@@ -154,6 +156,7 @@ def called(comes: Callable[[DeskSimulation], None]) -> DeskSimulation:
     return run
 
 
+@pytest.mark.costly
 def test_an_input_ends_the_search() -> None:
     """What it has found by then is taken."""
     run = called(lambda run: run.request("bring(a,c)") if len(run.goals) < 6 else None)
@@ -176,6 +179,7 @@ def test_who_does_not_answer_is_seen_in_the_search() -> None:
     assert any("~action_timeout" in text for text in run.warnings)
 
 
+@pytest.mark.costly
 def test_the_search_is_kept_in_a_replay(
     system: Callable[..., System], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -215,6 +219,7 @@ HOSPITAL = [
 LINEN = [f"linen(ward_{ward},bags({bags}))" for ward in "abcd" for bags in (1, 2)]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", MODES)
 def test_searches_in_layers_are_kept_in_a_replay(system: Callable[..., System], mode: str) -> None:
     def make(inbox: Inbox, *options: str) -> System:
@@ -251,6 +256,7 @@ says(power(N),power,N) :- N = 0..3.
 """
 
 
+@pytest.mark.costly
 def test_a_search_in_layers_that_is_interrupted_is_kept_in_a_replay(
     system: Callable[..., System], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -309,6 +315,7 @@ met(ID,t) :- wants(ID,t), ID = #min { I : wants(I,t) }, do(r,_,t), not event(r,f
 """
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("is_plain", [True, False], ids=["plain", "on demand"])
 def test_what_several_threads_find_is_kept_in_a_replay(
     system: Callable[..., System], tmp_path: Path, is_plain: bool

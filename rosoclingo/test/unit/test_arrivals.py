@@ -6,6 +6,7 @@ import struct
 import tracemalloc
 from typing import List
 
+import pytest
 from bag_maker import BEGIN, data, source, stamp
 from hypothesis import given
 from hypothesis import strategies as st
@@ -66,6 +67,7 @@ def test_numbers_and_bytes_that_no_rosoclingo_sends() -> None:
     assert _numbers(journal.sort([_event(1, begin=10.0)])) == [1]
 
 
+@pytest.mark.costly
 def test_a_long_journal_takes_little_memory() -> None:
     journal = Journal()
     for begin in range(1, 80_001, 1_000):

@@ -167,6 +167,7 @@ def test_an_encoding_that_looks_for_no_causes_has_none(square: str) -> None:
     assert encode(run.loop.state.beliefs) == encode(BeliefsState())
 
 
+@pytest.mark.costly
 def test_a_replay_believes_the_same(square: str, system: Callable[..., Threaded]) -> None:
     run = Square(square)
     run.request(REQUEST)
@@ -192,6 +193,7 @@ class TimedWorld(World):
         self.shown: Tuple[object, Mapping[str, float]] = (None, {})
 
 
+@pytest.mark.costly
 def test_beliefs_outlive_crashes(
     square: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

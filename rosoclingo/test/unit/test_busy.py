@@ -194,6 +194,7 @@ def _first_told(robots: Robots) -> int:
     return next(n for n, one in enumerate(commands, 1) if one.command == "assign_messages(1)")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("moment", "step"),
     [("in:{0}", 1), ("after:{0}", 1), ("in:{1}", 2), ("in:{2}", 2), ("after:{2}", 2)],

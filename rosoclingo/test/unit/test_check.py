@@ -128,6 +128,7 @@ STATIC = {
 }  # fmt: skip
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("what", STATIC)
 def test_what_is_written(what: str, tmp_path: Path) -> None:
     name, old, new, text, line = STATIC[what]
@@ -236,6 +237,7 @@ DYNAMIC = {
 }  # fmt: skip
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("name", DYNAMIC)
 def test_what_it_does(name: str, tmp_path: Path) -> None:
     """The check finds it in some episode, and plan.py does what the shrunk one does."""
@@ -303,6 +305,7 @@ def test_steps_without_a_recalled_goal(is_layered: bool, findings: int) -> None:
 CLOSED = "--goal 'visit(3)' --event 'info:close(2)' -c steps=7"
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("line", "said"),
     [
@@ -404,6 +407,7 @@ def test_what_is_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     ]
 
 
+@pytest.mark.costly
 def test_nothing_is_found(capsys: pytest.CaptureFixture[str]) -> None:
     assert run([LINE, *SMALL, "--episodes", "4", "--seed", "3", "--event", "info:open(3)"]) == 0
     out = capsys.readouterr().out
@@ -418,6 +422,7 @@ PIGEONS = """
 """
 
 
+@pytest.mark.costly
 def test_the_time_is_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = changed(tmp_path, "#program query(t).", f"{PIGEONS}\n#program query(t).")
     assert run([file, *SMALL, "--seconds", "2"]) == 0
@@ -475,6 +480,7 @@ def test_without_ros(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixt
     assert "nothing found" in capsys.readouterr().out
 
 
+@pytest.mark.costly
 def test_the_same_again() -> None:
     """A seed gives the same episodes."""
     runs: List[List[str]] = []

@@ -101,6 +101,7 @@ def test_only_what_is_around_differences_is_shown() -> None:
     assert any("rows alike" in text for text in lines)
 
 
+@pytest.mark.costly
 def test_many_differences_are_not_all_shown() -> None:
     long = ASK + status("accepted", 1) + drive(*range(2, 5000)) + END
     other = ASK + status("accepted", 1) + drive(*range(5000, 9998)) + END

@@ -42,6 +42,7 @@ def inputs(entries: List[Entry]) -> Counter[Any]:
     return Counter({key: 1 if key[0] is ScheduledKind.CANCEL else n for key, n in found.items()})
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", draws(range(2), 4))
 @pytest.mark.parametrize("mode", ["recording", "dyn_reset"])
 def test_a_replay_without_the_crashes(

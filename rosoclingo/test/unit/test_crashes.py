@@ -154,6 +154,7 @@ class Batch(Life):
         super().live()
 
 
+@pytest.mark.costly
 def test_a_goal_behind_an_operators_request(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The request is committed, and a crash right after that loses no goal."""
     monkeypatch.setattr("crashes.Life", Batch)
@@ -182,6 +183,7 @@ def test_a_second_crash_in_the_recovery(folder: Path) -> None:
             assert outcome(disturbed) == outcome(calm), (first, second)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_random_kills(seed: int, folder: Path) -> None:
     """There are runs until so many kills were made: one may be through before it is killed again.
@@ -207,6 +209,7 @@ def test_random_kills(seed: int, folder: Path) -> None:
     print(f"seed {seed}: {runs.kills} kills in {count} runs")
 
 
+@pytest.mark.costly
 def test_random_kills_with_plans_in_layers(folder: Path) -> None:
     """How many layers there are is saved, since it depends on time."""
     encoding = folder / "line.lp"
@@ -365,6 +368,7 @@ def end_politely(runs: Runs, world: World, file: Path, number: int) -> None:
         life.put(Goal("visit(98)", (), "latest", world.clients["latest"]))
 
 
+@pytest.mark.costly
 def test_a_polite_end_at_some_points(folder: Path) -> None:
     """It tells nobody of an end, and what comes meanwhile is for the next process."""
     runs, calm = Runs(folder, DYN_RESET), world()
@@ -380,6 +384,7 @@ def test_a_polite_end_at_some_points(folder: Path) -> None:
         assert outcome(disturbed) == outcome(calm), number
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("early", [1, 2])
 def test_the_end_of_a_process_in_a_reset_that_waits(
     folder: Path, early: int, monkeypatch: pytest.MonkeyPatch

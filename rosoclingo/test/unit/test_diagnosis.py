@@ -437,6 +437,7 @@ def test_what_comes_while_the_reason_is_looked_for(system: Make, line: Callable[
     assert looked
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("cancelled", "mode"), [(2, RECORDING), (1, SINGLE)])
 def test_a_cancel_request_at_any_moment_ends_no_other_goal(
     line: Callable[..., str], cancelled: int, mode: str

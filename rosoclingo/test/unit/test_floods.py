@@ -114,6 +114,7 @@ def parts(mode: str, folder: Path) -> Any:
     return replace(made, planner=Slow(made.planner))
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "flood"), CASES)
 def test_the_first_action_comes_soon_and_each_goal_ends(
     mode: str, flood: Callable[[Flooded], None], tmp_path: Path

@@ -146,6 +146,7 @@ class Office(System):
         return bool(self._items)
 
 
+@pytest.mark.costly
 def test_the_mailbot() -> None:
     """With the phrases of its encoding; nothing is searched for, however long it has gone."""
     run = Office(make_parts("dynamic.incremental.recording", OFFICE, ("-c", "steps=40")).loop)

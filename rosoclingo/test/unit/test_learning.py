@@ -179,6 +179,7 @@ class TimedWorld(World):
         self.clock += 25.0 * (len(self.effects) - before)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", range(2))
 def test_what_was_learned_outlives_crashes(
     seed: int, file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

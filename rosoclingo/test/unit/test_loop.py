@@ -439,6 +439,7 @@ def test_status_words(system: Make, tmp_path: Path) -> None:
     assert any("happy" in warning for warning in made.world.warnings)
 
 
+@pytest.mark.costly
 def test_bad_messages_are_dropped_and_named(system: Make) -> None:
     made = system("dynamic.incremental.recording", "-c", "steps=20").start()
     assert made.goal("visit(2)").wait() == "succeeded"
@@ -518,6 +519,7 @@ def test_a_goal_interrupts_a_search_of_minutes(system: Make, tmp_path: Path) -> 
     assert hard.wait() == "succeeded"
 
 
+@pytest.mark.costly
 def test_many_goals_at_once(system: Make) -> None:
     made = system("dynamic.incremental.dyn_reset", "-c", "steps=30")
     goals = [made.goal(f"visit({1 + number % 6})") for number in range(200)]
@@ -531,6 +533,7 @@ def test_many_goals_at_once(system: Make) -> None:
     assert all(goal.words in legal for goal in goals)
 
 
+@pytest.mark.costly
 def test_many_messages_at_once(system: Make) -> None:
     made = system("dynamic.incremental.recording", "-c", "steps=20")
     for number in range(10_000):

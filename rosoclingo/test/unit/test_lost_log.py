@@ -80,6 +80,7 @@ def died() -> Iterator[Tuple[Path, List[Files]]]:
         yield run(Path(folder))
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("is_cut_in_frames", [False, True])
 def test_a_log_that_is_cut(died: Tuple[Path, List[Files]], *, is_cut_in_frames: bool) -> None:
     """At each boundary of its frames, and in each frame, before what was acknowledged last."""
@@ -122,6 +123,7 @@ def test_a_log_that_is_not_there(
     assert outcome(world) == outcome(calm)
 
 
+@pytest.mark.costly
 def test_no_power_failure_is_taken_for_a_loss(died: Tuple[Path, List[Files]]) -> None:
     """The log is on the disk as it was acknowledged; the mark is not, or torn, or an older one."""
     file, states = died

@@ -107,6 +107,7 @@ def test_a_status_is_given_without_actions() -> None:
     assert goal.words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("resets", ["none", "every", "goal"])
 def test_ten_goals_one_after_the_other_in_one_slot(resets: str) -> None:
     robot = Robot(f"resets={resets}", "steps=100")
@@ -124,6 +125,7 @@ def test_ten_goals_one_after_the_other_in_one_slot(resets: str) -> None:
     assert [goal.words for goal in robot.goals] == [["accepted", "succeeded"]] * 10
 
 
+@pytest.mark.costly
 def test_ten_goals_at_once_in_one_slot() -> None:
     robot = Robot("steps=100")
     for target in (3, 2, 2, 5, 1, 1, 4, 6, 2, 3):

@@ -81,6 +81,7 @@ def test_the_checkers_are_content(package: Path) -> None:
         assert all(len(line) <= longest for line in text.splitlines()), path
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     "mode",
     ["recording", "reset", "dyn_reset"],

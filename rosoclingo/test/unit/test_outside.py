@@ -41,6 +41,7 @@ def test_a_message_with_a_control_character(system: Make) -> None:
     assert made.goal("visit(3)").wait() == "succeeded"
 
 
+@pytest.mark.costly
 def test_a_request_is_sent_in_parts() -> None:
     engine = Engine(Options((LINE,)))
     sizes: List[int] = []

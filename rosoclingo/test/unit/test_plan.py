@@ -393,6 +393,7 @@ def test_a_picture_with_bars(plan: Any, tmp_path: Path) -> None:
     assert [text for text in shown if text.isalpha()] == ["steps", "goals", "robot"]
 
 
+@pytest.mark.costly
 def test_a_picture_with_many_bars_is_wide_enough_for_their_labels(
     plan: Any, tmp_path: Path
 ) -> None:

@@ -130,6 +130,7 @@ ENCODINGS = sorted(file for folder in FOLDERS for file in (ROOT / folder).rglob(
 LIBRARIES = {str(file) for file in ENCODINGS if file.parent.name == "lib"}  # others include them
 
 
+@pytest.mark.costly
 def test_every_encoding_can_be_marked() -> None:
     assert len(ENCODINGS) > 10
     libraries = set(LIBRARIES)
@@ -248,6 +249,7 @@ ADVISED: Dict[str, Tuple[str, str]] = {
 }  # fmt: skip
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("case", ADVISED)
 def test_advice(ground: Any, monkeypatch: pytest.MonkeyPatch, case: str) -> None:
     monkeypatch.setattr("rosoclingo.profile.advice._VERY_MANY", 700)

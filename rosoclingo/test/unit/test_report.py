@@ -208,6 +208,7 @@ def test_a_page_of_10000_steps_is_below_5_mib() -> None:
     assert len(render(recording, statistics, Path("run.bag")).encode()) < 5 * 2**20
 
 
+@pytest.mark.costly
 def test_restarts_are_marked(tmp_path: Path) -> None:
     journal = Journal().action("r", "a").add("resumed", "rosoclingo", seconds=0.5)
     journal.add("resumed", "planner", HOSTILE, seconds=2.0).message("r", "success")
@@ -226,6 +227,7 @@ def test_restarts_are_marked(tmp_path: Path) -> None:
     assert COLOURS["restart"] not in plain.read_text()
 
 
+@pytest.mark.costly
 def test_what_an_operator_held_is_a_lane(tmp_path: Path) -> None:
     journal = Journal().action("r", "a").message("r", "success").action("r", "b")
     held = (
@@ -252,6 +254,7 @@ def test_what_an_operator_held_is_a_lane(tmp_path: Path) -> None:
     assert COLOURS["hold"] not in plain.read_text()
 
 
+@pytest.mark.costly
 def test_beliefs_are_a_lane_and_a_table(tmp_path: Path) -> None:
     seen = ("observes(d,failure,1)", "is_about(d,1,r,go(b))", "observes(e,success,2)")
     shut = ("belief(1,2,shut(b))", "certain(shut(b))", "speaks_for(shut(b),d,1)")
@@ -290,6 +293,7 @@ def test_a_label_does_not_reach_into_the_next_bar() -> None:
     assert second.get_clip_box().x1 == axes.bbox.x1
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("steps", [0, 12, 1_000])
 def test_a_picture_is_written(tmp_path: Path, steps: int) -> None:
     file = tmp_path / "run.png"

@@ -131,6 +131,7 @@ def test_a_goal_that_comes_during_an_action_belongs_to_its_step(single: Make, di
     assert running.loop.state.step == 2
 
 
+@pytest.mark.costly
 @EVERY
 def test_a_hundred_goals(single: Make, dialect: str) -> None:
     """No step is executed twice, and none is left out, whatever comes in between."""

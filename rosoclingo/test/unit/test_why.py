@@ -151,6 +151,7 @@ OTHERS = (Dialect1, PaperDialect)
 CASES += [(dialect, seed) for dialect in OTHERS for seed in MORE or draws([0, 2], 3)]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("dialect", "seed"), CASES)
 def test_why_there_is_no_plan(dialect: Dialect, seed: int) -> None:
     draw = Draw(seed, dialect)
@@ -167,6 +168,7 @@ def test_why_there_is_no_plan(dialect: Dialect, seed: int) -> None:
         assert draw.one_shot(dialect, told) == answer.plan.horizon
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("dialect", "seed"), CASES)
 def test_why_this_and_not_that(dialect: Dialect, seed: int) -> None:
     draw = Draw(seed, dialect)
