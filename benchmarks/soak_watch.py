@@ -1,0 +1,297 @@
+"""Judges a soak: each goal ends once, nothing is lost, robots do what they can. Needs no ROS.
+
+A :class:`SoakWatch` is told what clients send and hear, what is in the journal, which processes
+there are, and what was done to them; it says what cannot be right.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter, deque
+from typing import Callable, Deque, Dict, List, Set
+
+from rosoclingo.loop.journal import (
+    LOOP,
+    ActionPublished,
+    Event,
+    GoalArrived,
+    LoopEnded,
+    LoopWaits,
+    MessageArrived,
+    NodeResumed,
+    Status,
+    StatusSet,
+)
+from rosoclingo.loop.words import SUCCESS
+from rosoclingo_aspprograms.validator import Edge, Map, arguments
+from rosoclingo_gazebo.demo.journal_validator import JournalValidator
+from soak_latencies import ACCEPTED, ACKNOWLEDGED, SoakLatencies
+from soak_records import Incident, Violation, WatchedGoal, WatchedNode
+from soak_trends import Sample
+
+_MOST_SECONDS = 3600.0  # of simulated time, that a goal may be open
+_RECENT_EVENTS = 60  # of the journal, that a violation comes with
+
+
+class SoakWatch:
+    """Watches a run. Thread-safe.
+
+    Attributes:
+        violations: What was wrong, in the order in which it was found.
+        incidents: What has happened.
+        counts: How often, by the kinds of incidents.
+        latencies: What was measured.
+        memory: In MiB, by nodes.
+    """
+
+    def __init__(self, graph: Map, say: Callable[[Violation], object]) -> None:
+        """Starts before the first event.
+
+        Args:
+            graph: The map, with the robots.
+            say: Called with each violation, under a lock.
+        """
+        self._lock = threading.Lock()  # guards all below
+        self._say = say
+        self._journal = JournalValidator(graph)
+        self._noted = 0  # events of the journal
+        self._recent: Deque[str] = deque(maxlen=_RECENT_EVENTS)
+        self._goals: Dict[str, WatchedGoal] = {}
+        self._over: Dict[str, WatchedGoal] = {}  # whose ends are known to all
+        self._nodes: Dict[str, WatchedNode] = {}
+        self._acts: Dict[str, str] = {}
+        self._loops = 0
+        self.violations: List[Violation] = []
+        self.incidents: List[Incident] = []
+        self.counts: Counter[str] = Counter()
+        self.latencies = SoakLatencies()
+        self.memory: Dict[str, List[Sample]] = {}
+
+    # What clients do and hear.
+
+    def sends(self, goal: str, request: str, seconds: float, wall: float) -> None:
+        """A client sends a goal; the latency of one that finds no slot free does not count."""
+        with self._lock:
+            self._goals[goal] = WatchedGoal(request, seconds, wall)
+            self._happens(seconds, "asked", request)
+
+    def sends_again(self, goal: str) -> None:
+        """A client sends a goal again, whose result comes again then."""
+        with self._lock:
+            if goal in self._goals:
+                self._goals[goal].excuses += 1
+                self._goals[goal].wall = -1.0
+
+    def cancels(self, goal: str) -> None:
+        """A client asks to cancel a goal."""
+        with self._lock:
+            if goal in self._goals:
+                self._goals[goal].is_cancelled = True
+
+    def acknowledges(self, goal: str, seconds: float, wall: float) -> None:
+        """A goal is in a list of statuses."""
+        with self._lock:
+            known = self._goals.get(goal)
+            if known is not None and not known.is_acknowledged:
+                known.is_acknowledged = True
+                self.latencies.measure(ACKNOWLEDGED, known.wall, seconds, wall)
+
+    def hears(self, goal: str, word: str, seconds: float) -> None:
+        """A client gets a result.
+
+        Args:
+            goal: The goal.
+            word: How it has ended, as the journal has it, such as ``succeeded``.
+            seconds: When, in simulated time.
+        """
+        with self._lock:
+            known = self._goals.get(goal) or self._over.get(goal)
+            if known is None:
+                self._wrong(seconds, f"a result of {goal}, which nobody has asked for")
+            elif not known.result:
+                known.result, known.loops = word, self._loops
+                self._happens(seconds, word, known.request)
+            elif known.result != word:
+                about = f"{goal}, {known.request}"
+                self._wrong(seconds, f"{about}, is {word}, and was {known.result} before")
+            elif known.loops < self._loops:
+                known.loops = self._loops  # it cannot know whether the first one has left
+            elif known.excuses > 0:
+                known.excuses -= 1
+            else:
+                self._wrong(seconds, f"a second result of {goal}, {known.request}: {word}")
+
+    # What the planning loop does.
+
+    def learns(self, number: int, event: Event, seconds: float, wall: float) -> None:
+        """The journal has an event, which may come again when the loop begins again.
+
+        Args:
+            number: That of the event in the run, from 1.
+            event: The event.
+            seconds: When, in simulated time.
+            wall: When it came here, in wall time.
+        """
+        with self._lock:
+            if number <= self._noted:
+                return
+            if number > self._noted + 1 and self._noted:
+                lost = f"{self._noted + 1} to {number - 1}"
+                self._wrong(seconds, f"the journal's events {lost} did not come")
+            self._noted = number
+            self._recent.append(f"{number} {event}")
+            self._journal.learns(event)
+            violations = self._journal.validator.violations
+            for text in violations:
+                self._wrong(seconds, text)
+            violations.clear()
+            self._learn(event, seconds, wall)
+
+    def _learn(self, event: Event, seconds: float, wall: float) -> None:
+        if isinstance(event, StatusSet):
+            self._set_status(event, seconds, wall)
+        elif isinstance(event, MessageArrived) and event.source in self._acts:
+            self._happens_in(event, seconds)
+            self.latencies.answers(event.source, wall)
+        elif isinstance(event, ActionPublished):
+            self._acts[event.actuator] = event.action
+            self.latencies.acts(event.actuator, seconds, wall)
+        elif isinstance(event, LoopWaits):
+            self.latencies.forget_answers()
+        elif isinstance(event, NodeResumed):
+            self.latencies.forget_answers()
+            self._loops += event.node == LOOP
+            self._happens(seconds, "resumed", event.node)
+        elif isinstance(event, LoopEnded):
+            self._wrong(seconds, f"the planning loop has ended: {event.reason}")
+        elif isinstance(event, GoalArrived) and event.goal not in self._goals:
+            self._wrong(seconds, f"{event.goal} arrives, {event.request}: nobody asks for it")
+
+    def _set_status(self, event: StatusSet, seconds: float, wall: float) -> None:
+        known = self._goals.get(event.goal)
+        if known is None:
+            about = f"{event.goal} is {event.status.value}"
+            self._wrong(seconds, f"{about}, and is over or nobody has asked for it")
+            return
+        if event.status is Status.CANCELED and not known.is_cancelled:
+            self._wrong(seconds, f"{event.goal}, {known.request}, is canceled: nobody asks for it")
+        known.status = event.status.value
+        if event.status is Status.ACCEPTED:
+            self.latencies.measure(ACCEPTED, known.wall, seconds, wall)
+
+    def _happens_in(self, event: MessageArrived, seconds: float) -> None:
+        """An action of a robot has ended."""
+        action = self._acts.pop(event.source)
+        if event.value != SUCCESS:
+            self._happens(seconds, f"{event.value} of an action", f"{event.source}: {action}")
+        for _ in arguments(action, "deliver") if event.value == SUCCESS else ():
+            self._happens(seconds, "handed over", event.source)
+
+    # What is done to the system.
+
+    def happens(self, seconds: float, kind: str, text: str = "") -> None:
+        """Something has happened, to be drawn."""
+        with self._lock:
+            self._happens(seconds, kind, text)
+
+    def wrong(self, seconds: float, text: str) -> None:
+        """Something is wrong that somebody else has found."""
+        with self._lock:
+            self._wrong(seconds, text)
+
+    def ends(self, node: str, how: str, seconds: float) -> None:
+        """The soak ends a node; goals that are under way take longer because of that."""
+        with self._lock:
+            self._nodes[node].is_ended = True
+            self._happens(seconds, how, node)
+            self.latencies.forget_answers()
+            for goal in self._goals.values():
+                goal.wall = -1.0
+
+    def is_process(self, node: str, pid: int, seconds: float, wall: float) -> None:
+        """A node has been looked for.
+
+        Args:
+            node: Its name.
+            pid: Its process; 0 if there is none.
+            seconds: When, in simulated time.
+            wall: Likewise, in wall time.
+        """
+        with self._lock:
+            known = self._nodes.setdefault(node, WatchedNode(node, wall))
+            wrong = known.look(pid, wall)
+            if wrong:
+                self._wrong(seconds, wrong)
+
+    def takes(self, node: str, mebibytes: float, seconds: float) -> None:
+        """A node has so much memory."""
+        with self._lock:
+            life = self._nodes[node].pid
+            self.memory.setdefault(node, []).append(Sample(seconds, mebibytes, life))
+
+    # What is known.
+
+    @property
+    def open(self) -> List[str]:
+        """The goals without a result."""
+        with self._lock:
+            return [goal for goal, known in self._goals.items() if not known.result]
+
+    @property
+    def blocked(self) -> Set[Edge]:
+        """The ways that count as blocked."""
+        with self._lock:
+            return set(self._journal.validator.believed())
+
+    @property
+    def lost(self) -> Set[str]:
+        """The robots that are lost."""
+        with self._lock:
+            return set(self._journal.validator.lost)
+
+    def is_open(self, goal: str) -> bool:
+        """Tells if a goal has no result yet."""
+        with self._lock:
+            return goal in self._goals and not self._goals[goal].result
+
+    # What is judged in between, and in the end.
+
+    def check(self, seconds: float) -> int:
+        """Looks for goals that do not end, and forgets the others; returns how many are left."""
+        with self._lock:
+            for goal, known in list(self._goals.items()):
+                if known.result and known.status == known.result:
+                    self._over[goal] = self._goals.pop(goal)
+                    self._journal.forget(goal)
+                elif seconds - known.sent > _MOST_SECONDS and not known.is_late:
+                    known.is_late = True
+                    what = "no end" if not known.result else f"{known.status} in the journal"
+                    text = f"{goal}, {known.request}: {what} after {_MOST_SECONDS:.0f} s"
+                    self._wrong(seconds, text)
+            return len(self._goals)
+
+    def finish(self, seconds: float) -> None:
+        """Checks that all goals have ended, and as the journal has it."""
+        with self._lock:
+            for goal, known in self._goals.items():
+                about = f"{goal}, {known.request}"
+                if not known.result:
+                    told = "acknowledged" if known.is_acknowledged else "never acknowledged"
+                    self._wrong(seconds, f"{about}: lost, without a result; it was {told}")
+                elif known.status != known.result:
+                    journal = known.status or "unknown"
+                    text = f"{about}: its client hears {known.result}, the journal has {journal}"
+                    self._wrong(seconds, text)
+            for text in self._journal.validator.finish():
+                self._wrong(seconds, text)
+            self._journal.validator.violations.clear()
+
+    def _happens(self, seconds: float, kind: str, text: str = "") -> None:
+        self.counts[kind] += 1
+        self.incidents.append(Incident(seconds, kind, text))
+
+    def _wrong(self, seconds: float, text: str) -> None:
+        violation = Violation(seconds, text, tuple(self._recent))
+        self.violations.append(violation)
+        self._happens(seconds, "violation", text)
+        self._say(violation)
