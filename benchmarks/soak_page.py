@@ -196,8 +196,10 @@ def _draw_latencies(latencies: Dict[str, List[Sample]], run: SoakRun) -> str:
         hours = [(one.seconds - run.began) / _HOUR for one in samples]
         values = [max(one.value, 1e-4) for one in samples]
         axes.scatter(hours, values, s=5, label=plain(name), rasterized=True)
-    axes.set_yscale("log")
-    _finish(axes, any(latencies.values()))
+    has_samples = any(latencies.values())
+    if has_samples:
+        axes.set_yscale("log")
+    _finish(axes, has_samples)
     return _svg(figure)
 
 

@@ -17,13 +17,14 @@ from waiting import wait_for
 pytestmark = pytest.mark.costly
 
 SOAK = Path(__file__).resolve().parents[3] / "benchmarks" / "soak.py"
+SEED = "289"  # by which nodes of each kind are ended, and requests cancelled, early
 _SECONDS = 600.0  # no more than a bound for what never comes
 
 
 def test_ten_minutes(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     ended = subprocess.run(
-        ["python", str(SOAK), "0.167", "3", "--output", str(page)],
+        ["python", str(SOAK), "0.167", SEED, "--replay", "--output", str(page)],
         stdout=subprocess.PIPE, text=True, check=False, timeout=_SECONDS,
     )  # fmt: skip
     assert ended.returncode == 0, ended.stdout
@@ -31,9 +32,9 @@ def test_ten_minutes(tmp_path: Path) -> None:
     assert f"0 violations; the page: {page}" in ended.stdout
     text = page.read_text(encoding="utf-8")
     counts = dict(re.findall(r"<tr class=\"\"><td>([a-z ]+)</td><td>(\d+)</td></tr>", text))
-    assert int(counts["asked"]) >= 3
+    assert int(counts["asked"]) >= 6
     assert int(counts["succeeded"]) >= 1
-    assert int(counts.get("node killed", 0)) + int(counts.get("node interrupted", 0)) >= 1
+    assert int(counts["node killed"]) >= 2
 
 
 def test_an_end_by_ctrl_c(tmp_path: Path) -> None:

@@ -336,5 +336,11 @@ def test_the_page(run: Watched) -> None:
     assert "http://" not in page.replace("http://www.w3.org", ""), "it needs nothing else"
 
 
+def test_a_page_of_nothing(run: Watched) -> None:
+    latencies = latency_trends(run.watch.latencies.samples, 0.0)
+    page = render_soak(SoakRun(3, 2, 100.0, 0.0, 0.0, [], latencies, {}), run.watch)
+    assert "<h1>Soak with seed 3</h1>" in page
+
+
 def test_clock() -> None:
     assert clock(59.9) == "0:00:59"
