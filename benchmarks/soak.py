@@ -29,16 +29,16 @@ from rosclingo.errors import RosclingoError
 from rosclingo.ros.local_master import executable
 from rosoclingo.drawing.graph import Graph, read_graph
 from rosoclingo_aspprograms.validator import Map
+from soak_latencies import BUSY, PROCESSOR
 from soak_page import SoakRun, clock, render_soak
 from soak_records import Violation
 from soak_schedule import Places, disturbances, faults, interface_faults
 from soak_trends import latency_trends, memory_trends
 from soak_watch import SoakWatch
-from soak_world import SoakWorld
+from soak_world import PLANNING_NODES, SoakWorld
 
 MODE = "dynamic.incremental.dyn_reset"  # which forgets what is over
 
-_NODES = ("rosoclingo", "controller", "planner")
 _INTERFACES = ("pickup_deliver", "move_base_interface")  # of each robot
 _SIMULATOR = "simulator"
 _OFFICE = "office"
@@ -117,7 +117,7 @@ class Soak:
 
     def _world(self) -> SoakWorld:
         robots = sorted(self._graph.starts)
-        ended = [*_NODES, *(f"{name}_{robot}" for name in _INTERFACES for robot in robots)]
+        ended = [*PLANNING_NODES, *(f"{name}_{robot}" for name in _INTERFACES for robot in robots)]
         places = Places(sorted(self._rooms.offices), self._graph.edges, ended, len(robots))
         drawn = disturbances(self._options.seed, places)
         nodes = [*ended, _SIMULATOR]
@@ -177,7 +177,7 @@ class Soak:
         seconds = end - self._from
         hours = seconds / 3600
         memory = memory_trends(watch.memory, hours)
-        latencies = latency_trends(watch.latencies.samples, hours)
+        latencies = latency_trends(watch.latencies.samples, hours, BUSY, PROCESSOR)
         for trend in (*memory, *latencies):
             if trend.is_exceeded:
                 watch.wrong(end, str(trend))

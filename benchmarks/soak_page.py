@@ -191,7 +191,7 @@ def _draw_memory(memory: Dict[str, List[Sample]], run: SoakRun) -> str:
 
 
 def _draw_latencies(latencies: Dict[str, List[Sample]], run: SoakRun) -> str:
-    figure, axes = _figure("wall time, s", run)
+    figure, axes = _figure("s; slow-down: times", run)
     for name, samples in latencies.items():
         hours = [(one.seconds - run.began) / _HOUR for one in samples]
         values = [max(one.value, 1e-4) for one in samples]

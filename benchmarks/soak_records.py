@@ -46,6 +46,7 @@ class WatchedGoal:
         wall: Likewise, in seconds of wall time; less than 0 if its latency does not count.
         is_cancelled: Whether its client has asked to cancel it.
         is_acknowledged: Whether it was in a list of statuses.
+        has_arrived: Whether the journal has it.
         status: What the journal says of it; empty before the first status.
         result: How it has ended, as its client has heard; empty before that.
         excuses: How many results may come again, since the client has asked again.
@@ -58,11 +59,32 @@ class WatchedGoal:
     wall: float
     is_cancelled: bool = False
     is_acknowledged: bool = False
+    has_arrived: bool = False
     status: str = ""
     result: str = ""
     excuses: int = 0
     loops: int = 0
     is_late: bool = False
+
+    def hear(self, word: str, loops: int) -> str:
+        """Takes a result; returns what is wrong with it, or nothing.
+
+        Args:
+            word: How the goal has ended.
+            loops: How many times the loop has begun.
+        """
+        before = self.result
+        if not before:
+            self.result, self.loops = word, loops
+        elif before != word:
+            return f", is {word}, and was {before} before"
+        elif self.loops < loops:
+            self.loops = loops  # it cannot know whether the first one has left
+        elif self.excuses > 0:
+            self.excuses -= 1
+        else:
+            return f": a second result, {word}"
+        return ""
 
 
 @dataclass

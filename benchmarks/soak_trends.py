@@ -13,6 +13,7 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 JUDGED_HOURS = 0.5  # of simulated time, that samples have to span to be judged
 MOST_MEBIBYTES = 16.0  # that a process may grow by in the whole run, by its line
 MOST_RISE, MOST_SECONDS = 0.5, 0.1  # that a latency may rise by: of its median, and at least
+MOST_BUSIER = 0.2  # of its median, that the machine may get busier by
 
 _SECONDS_AN_HOUR = 3600.0
 _LEAST_SAMPLES = 20  # that are judged
@@ -94,15 +95,29 @@ def memory_trends(samples: Dict[str, List[Sample]], hours: float) -> List[Trend]
     return trends
 
 
-def latency_trends(samples: Dict[str, List[Sample]], hours: float) -> List[Trend]:
-    """Returns the lines through latencies, in seconds; the arguments are like those above."""
+def latency_trends(
+    samples: Dict[str, List[Sample]], hours: float, busy: str = "", processor: str = ""
+) -> List[Trend]:
+    """Returns the lines through latencies, in seconds.
+
+    Args:
+        samples: By their names.
+        hours: The length of the run, in simulated time.
+        busy: The name of the samples of how busy the machine is otherwise. If it gets busier, what
+            takes wall time is not judged.
+        processor: The name of those that are processor time.
+    """
+    load = samples.get(busy, [])
+    is_quiet = _slope(load) * hours <= MOST_BUSIER * _figures(load)[0] or not load
     trends = []
     for name, taken in sorted(samples.items()):
         slope = _slope(taken)
         median, largest = _figures(taken)
-        limit = max(MOST_SECONDS, MOST_RISE * median) if _is_judged(taken) else 0.0
+        is_judged = name != busy and (is_quiet or name == processor) and _is_judged(taken)
+        limit = max(MOST_SECONDS, MOST_RISE * median) if is_judged else 0.0
+        unit = "x" if name == busy else "s"
         rise = slope * hours
-        trends.append(Trend(name, "s", len(taken), median, largest, slope, rise, limit))
+        trends.append(Trend(name, unit, len(taken), median, largest, slope, rise, limit))
     return trends
 
 

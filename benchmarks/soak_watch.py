@@ -25,7 +25,7 @@ from rosoclingo.loop.journal import (
 from rosoclingo.loop.words import SUCCESS
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
 from rosoclingo_gazebo.demo.journal_validator import JournalValidator
-from soak_latencies import ACCEPTED, ACKNOWLEDGED, SoakLatencies
+from soak_latencies import ACCEPTED, ACKNOWLEDGED, BUSY, SoakLatencies, slow_down
 from soak_records import Incident, Violation, WatchedGoal, WatchedNode
 from soak_trends import Sample
 
@@ -108,18 +108,12 @@ class SoakWatch:
             known = self._goals.get(goal) or self._over.get(goal)
             if known is None:
                 self._wrong(seconds, f"a result of {goal}, which nobody has asked for")
-            elif not known.result:
-                known.result, known.loops = word, self._loops
+                return
+            if not known.result:
                 self._happens(seconds, word, known.request)
-            elif known.result != word:
-                about = f"{goal}, {known.request}"
-                self._wrong(seconds, f"{about}, is {word}, and was {known.result} before")
-            elif known.loops < self._loops:
-                known.loops = self._loops  # it cannot know whether the first one has left
-            elif known.excuses > 0:
-                known.excuses -= 1
-            else:
-                self._wrong(seconds, f"a second result of {goal}, {known.request}: {word}")
+            wrong = known.hear(word, self._loops)
+            if wrong:
+                self._wrong(seconds, f"{goal}, {known.request}{wrong}")
 
     # What the planning loop does.
 
@@ -164,8 +158,15 @@ class SoakWatch:
             self._happens(seconds, "resumed", event.node)
         elif isinstance(event, LoopEnded):
             self._wrong(seconds, f"the planning loop has ended: {event.reason}")
-        elif isinstance(event, GoalArrived) and event.goal not in self._goals:
-            self._wrong(seconds, f"{event.goal} arrives, {event.request}: nobody asks for it")
+        elif isinstance(event, GoalArrived):
+            # One that is recalled is over before the loop takes it.
+            known = self._goals.get(event.goal) or self._over.get(event.goal)
+            if known is None:
+                self._wrong(seconds, f"{event.goal} arrives, {event.request}: nobody asks for it")
+            elif known.has_arrived:
+                self._wrong(seconds, f"{event.goal}, {event.request}, arrives twice")
+            else:
+                known.has_arrived = True
 
     def _set_status(self, event: StatusSet, seconds: float, wall: float) -> None:
         known = self._goals.get(event.goal)
@@ -228,6 +229,12 @@ class SoakWatch:
         with self._lock:
             life = self._nodes[node].pid
             self.memory.setdefault(node, []).append(Sample(seconds, mebibytes, life))
+
+    def uses(self, used: Dict[int, float], seconds: float) -> None:
+        """The processes that plan have used so many seconds of processor time."""
+        with self._lock:
+            self.latencies.uses(used, seconds)
+            self.latencies.samples[BUSY].append(Sample(seconds, slow_down()))
 
     # What is known.
 

@@ -27,6 +27,8 @@ from soak_client import SoakClient
 from soak_schedule import KILL, Asking, Blocking, Disturbance, Ending
 from soak_watch import SoakWatch
 
+PLANNING_NODES = ("rosoclingo", "controller", "planner")
+
 _NODES_SECONDS = 1.0  # of wall time, between two looks at the processes
 _MEMORY_SECONDS = 60.0  # of simulated time, between two looks at their memory
 _CARE_SECONDS = 60.0  # of simulated time, after which somebody sees to what is blocked or lost
@@ -234,10 +236,14 @@ class SoakWorld:
         self._watch.is_process(node, pid, self._now(), time.monotonic())
 
     def _measure(self) -> None:
+        used: Dict[int, float] = {}
         for node, pid in self._pids.items():
             with contextlib.suppress(OSError, IndexError):  # it has just ended
                 if pid:
                     self._watch.takes(node, resident_mebibytes(pid), self._now())
+                if pid and node in PLANNING_NODES:
+                    used[pid] = _processor_seconds(pid)
+        self._watch.uses(used, self._now())
 
     def _tell(self, value: str) -> None:
         self._in.publish("info", value)
@@ -247,6 +253,12 @@ class SoakWorld:
 
     def _now(self) -> float:
         return float(rospy.Time.now().to_sec())
+
+
+def _processor_seconds(pid: int) -> float:
+    """Returns the processor time that a process has used."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _is_alive(pid: int) -> bool:

@@ -6,7 +6,7 @@ import itertools
 import xml.etree.ElementTree as ET
 from collections import Counter
 from pathlib import Path
-from typing import List
+from typing import Dict, List
 
 import pytest
 import yaml
@@ -26,7 +26,15 @@ from rosoclingo.loop.journal import (
     StatusSet,
 )
 from rosoclingo_aspprograms.validator import Map
-from soak_latencies import ACCEPTED, ACKNOWLEDGED, REACTION
+from soak_latencies import (
+    ACCEPTED,
+    ACKNOWLEDGED,
+    BUSY,
+    PROCESSOR,
+    REACTION,
+    SoakLatencies,
+    slow_down,
+)
 from soak_page import SoakRun, clock, render_soak
 from soak_records import Violation
 from soak_schedule import (
@@ -109,7 +117,7 @@ def test_a_run_that_is_right(run: Watched) -> None:
     assert run.watch.open == ["g2"]
     assert run.watch.counts["handed over"] == 1
     found = {name: len(taken) for name, taken in run.watch.latencies.samples.items()}
-    assert found == {ACKNOWLEDGED: 2, ACCEPTED: 2, REACTION: 3}
+    assert found == {ACKNOWLEDGED: 2, ACCEPTED: 2, REACTION: 3, PROCESSOR: 0, BUSY: 0}
 
 
 def test_nothing_is_found_in_it(run: Watched) -> None:
@@ -154,7 +162,7 @@ def test_a_second_result(run: Watched) -> None:
     for _ in range(2):
         run.watch.hears("g1", "succeeded", run.seconds)
         run.watch.check(run.seconds)
-    assert run.found == ["a second result of g1, bring(a,b): succeeded"] * 2
+    assert run.found == ["g1, bring(a,b): a second result, succeeded"] * 2
 
 
 def test_a_result_that_may_come_again(run: Watched) -> None:
@@ -184,6 +192,19 @@ def test_another_result_than_that_of_the_journal(run: Watched) -> None:
 def test_what_nobody_asks_for(run: Watched) -> None:
     run.note(GoalArrived("g1", "bring(a,b)"))
     assert run.found[0] == "g1 arrives, bring(a,b): nobody asks for it"
+
+
+def test_a_goal_that_is_over_before_the_loop_takes_it(run: Watched) -> None:
+    run.watch.sends("g1", "bring(a,b)", run.seconds, run.seconds)
+    run.watch.cancels("g1")
+    run.note(StatusSet("g1", Status.CANCELED, "", Reason.RECALLED))
+    run.watch.hears("g1", "canceled", run.seconds)
+    assert run.watch.check(run.seconds) == 0
+    run.note(GoalArrived("g1", "bring(a,b)"), CancelArrived("g1"))
+    run.deliver("g2")
+    assert run.found == []
+    run.note(GoalArrived("g1", "bring(a,b)"))
+    assert "g1, bring(a,b), arrives twice" in run.found
 
 
 def test_a_cancel_that_nobody_asks_for(run: Watched) -> None:
@@ -294,6 +315,32 @@ def test_latency() -> None:
     assert not flat_line.is_exceeded
     assert steep_line.is_exceeded
     assert "steep rises by 3 s in the run, 1 s an hour; " in str(steep_line)
+
+
+def test_a_busy_machine_is_no_violation() -> None:
+    rising = [Sample(60.0 * minute, 1.0 + minute / 60) for minute in range(180)]
+    calm = [one._replace(value=1.0) for one in rising]
+    for load, expected in ((calm, {REACTION, PROCESSOR}), (rising, {PROCESSOR})):
+        taken = {REACTION: rising, PROCESSOR: rising, BUSY: load}
+        lines = latency_trends(taken, 3.0, BUSY, PROCESSOR)
+        assert {line.name for line in lines if line.is_exceeded} == expected
+    assert slow_down() > 0.5
+
+
+def test_processor_time() -> None:
+    latencies = SoakLatencies()
+
+    def use(used: Dict[int, float], actions: int) -> List[float]:
+        for _ in range(actions):
+            latencies.acts("r1", 5.0, 5.0)
+        latencies.uses(used, 5.0)
+        return [one.value for one in latencies.samples[PROCESSOR]]
+
+    assert use({1: 3.0, 2: 1.0}, 50) == []
+    assert use({1: 3.5, 2: 1.0}, 5) == [], "these are too few actions"
+    assert use({1: 5.5, 2: 1.5}, 15) == [pytest.approx(3.0 / 20)]
+    assert len(use({1: 5.5, 3: 9.0}, 50)) == 1, "that of a start does not count"
+    assert use({1: 6.5, 3: 9.0}, 10)[1] == pytest.approx(0.1)
 
 
 def test_draws() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Sequence, Set, Tuple
 
 from rosoclingo.loop.journal import (
     ActionPublished,
@@ -34,12 +34,16 @@ class JournalValidator:
         """
         self.validator = Validator(graph)
         self.slots: Dict[str, str] = {}
+        self._recalled: Set[str] = set()  # goals that have ended before the loop takes them
         self._new: Dict[str, List[str]] = {}  # goals of no known slot: origin and destination
         self._plan: Tuple[str, ...] = ()
 
     def learns(self, event: Event) -> None:
         """The journal has one more event."""
         if isinstance(event, GoalArrived):
+            if event.goal in self._recalled:
+                self._recalled.discard(event.goal)  # it is over
+                return
             self.validator.request(event.goal, event.request)
             terms = arguments(event.request, "bring")
             if len(terms) >= 2:
@@ -63,10 +67,13 @@ class JournalValidator:
         self.validator.goals.pop(goal, None)
 
     def _set_status(self, event: StatusSet) -> None:
+        if event.reason == Reason.RECALLED:
+            if event.goal not in self.validator.goals:
+                self._recalled.add(event.goal)
+                return
+            self.validator.cancel(event.goal)  # which the loop has not taken yet
         if event.goal not in self.validator.goals:
             return  # one that was forgotten
-        if event.reason == Reason.RECALLED:
-            self.validator.cancel(event.goal)  # of which the journal has nothing else
         self.validator.status(event.goal, event.status.value, event.slot or None)
         self._new.pop(event.goal, None)
         if event.status is Status.ACCEPTED:
