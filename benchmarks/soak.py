@@ -117,10 +117,11 @@ class Soak:
 
     def _world(self) -> SoakWorld:
         robots = sorted(self._graph.starts)
-        ended = [*PLANNING_NODES, *(f"{name}_{robot}" for name in _INTERFACES for robot in robots)]
+        nodes = [*PLANNING_NODES, *(f"{name}_{robot}" for name in _INTERFACES for robot in robots)]
+        ended = [] if self._options.calm else nodes
         places = Places(sorted(self._rooms.offices), self._graph.edges, ended, len(robots))
         drawn = disturbances(self._options.seed, places)
-        nodes = [*ended, _SIMULATOR]
+        nodes.append(_SIMULATOR)
         return SoakWorld(self._watch, dict(self._graph.places), self._slots, nodes, drawn)
 
     def _live(self, world: SoakWorld, office: Any) -> None:
@@ -249,6 +250,7 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("hours", type=_positive, help="how long, in simulated time")
     parser.add_argument("seed", type=int, nargs="?", default=1, help="of all draws; 1 by default")
     parser.add_argument("--wall", action="store_true", help="HOURS are of wall time")
+    parser.add_argument("--calm", action="store_true", help="no node is ended")
     parser.add_argument("--robots", type=int, choices=range(1, 5), default=2, help="how many")
     parser.add_argument("--speed", type=_positive, default=20.0, help="simulated seconds in one")
     parser.add_argument("--record", type=Path, help="a bag for the run")

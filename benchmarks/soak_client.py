@@ -100,7 +100,8 @@ class SoakClient:
 
     def _on_result(self, message: ROSoClingoActionResult) -> None:
         word = _WORDS.get(message.status.status, f"of status {message.status.status}")
-        self._watch.hears(message.status.goal_id.id, word, rospy.Time.now().to_sec())
+        now, wall = rospy.Time.now().to_sec(), time.monotonic()
+        self._watch.hears(message.status.goal_id.id, word, now, wall)
 
     def _on_event(self, message: ROSoClingoEvent) -> None:
         now = rospy.Time.now().to_sec()  # the message has wall time

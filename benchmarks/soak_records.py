@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple, Tuple
 
+_IN_FLIGHT_SECONDS = 2.0  # of wall time, for which a result may be on its way
 _MISSING_SECONDS = 90.0  # of wall time, in which a node that was ended has to be there again
 
 
@@ -50,7 +51,7 @@ class WatchedGoal:
         status: What the journal says of it; empty before the first status.
         result: How it has ended, as its client has heard; empty before that.
         excuses: How many results may come again, since the client has asked again.
-        loops: How many times the loop had begun when the result came.
+        heard: When the result came, in seconds of wall time.
         is_late: Whether it was said that it has not ended.
     """
 
@@ -63,28 +64,29 @@ class WatchedGoal:
     status: str = ""
     result: str = ""
     excuses: int = 0
-    loops: int = 0
+    heard: float = 0.0
     is_late: bool = False
 
-    def hear(self, word: str, loops: int) -> str:
+    def hear(self, word: str, wall: float, loop_ended: float) -> str:
         """Takes a result; returns what is wrong with it, or nothing.
 
         Args:
             word: How the goal has ended.
-            loops: How many times the loop has begun.
+            wall: When it comes, in wall time.
+            loop_ended: When the planning loop was ended last, likewise. The next one cannot know
+                whether a result has left just before that.
         """
-        before = self.result
+        before, since, self.result, self.heard = self.result, self.heard, word, wall
         if not before:
-            self.result, self.loops = word, loops
-        elif before != word:
+            return ""
+        if before != word:
             return f", is {word}, and was {before} before"
-        elif self.loops < loops:
-            self.loops = loops  # it cannot know whether the first one has left
-        elif self.excuses > 0:
+        if loop_ended > since - _IN_FLIGHT_SECONDS:
+            return ""
+        if self.excuses > 0:
             self.excuses -= 1
-        else:
-            return f": a second result, {word}"
-        return ""
+            return ""
+        return f": a second result, {word}"
 
 
 @dataclass

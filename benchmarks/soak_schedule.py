@@ -71,7 +71,7 @@ class Places(NamedTuple):
     Attributes:
         offices: The offices.
         ways: Waypoints next to each other.
-        nodes: The nodes that are ended.
+        nodes: The nodes that are ended; if there are none, none is.
         robots: How many robots there are, which is how much is asked for.
     """
 
@@ -143,5 +143,5 @@ def _blockings(seed: int, places: Places) -> Iterator[Tuple[float, Disturbance]]
 
 def _endings(seed: int, places: Places) -> Iterator[Tuple[float, Disturbance]]:
     dice = random.Random(f"nodes {seed}")
-    for seconds in _times(dice, END_SECONDS):
+    for seconds in _times(dice, END_SECONDS) if places.nodes else ():
         yield seconds, Ending(dice.choice(sorted(places.nodes)), dice.choice([KILL, INTERRUPT]))

@@ -73,9 +73,10 @@ class Trend(NamedTuple):
 def memory_trends(samples: Dict[str, List[Sample]], hours: float) -> List[Trend]:
     """Returns the lines through the memory of processes.
 
-    Of each process, the first ten simulated minutes do not count. Two lines are drawn: one within
-    the lives of processes, as a leak shows itself, and one over all of them, for what each new
-    process of a node takes more than the one before. The steeper one counts.
+    Of each process, the first ten simulated minutes do not count. Two lines are drawn: one over all
+    processes of a node, for what each takes more than the one before, and one within their lives,
+    as a leak shows itself, which rises from the beginning of the longest life to its end. The one
+    that rises by more counts.
 
     Args:
         samples: In MiB, by the names of the nodes.
@@ -86,11 +87,14 @@ def memory_trends(samples: Dict[str, List[Sample]], hours: float) -> List[Trend]
         began: Dict[int, float] = {}
         for one in taken:
             began.setdefault(one.life, one.seconds)
-        grown = [one for one in taken if one.seconds - began[one.life] >= _YOUNG_SECONDS]
-        slope = max(_slope(grown), _slope([one._replace(life=0) for one in grown]))
+        ages = [one.seconds - began[one.life] for one in taken]
+        grown = [one for one, age in zip(taken, ages) if age >= _YOUNG_SECONDS]
+        longest = max(ages, default=0.0) / _SECONDS_AN_HOUR
+        over_all = _slope([one._replace(life=0) for one in grown])
+        lines = ((over_all * hours, over_all), (_slope(grown) * longest, _slope(grown)))
+        rise, slope = max(lines)
         limit = MOST_MEBIBYTES if _is_judged(grown) else 0.0
         median, largest = _figures(taken)
-        rise = slope * hours
         trends.append(Trend(name, "MiB", len(taken), median, largest, slope, rise, limit))
     return trends
 

@@ -6,6 +6,7 @@ there are, and what was done to them; it says what cannot be right.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import Counter, deque
 from typing import Callable, Deque, Dict, List, Set
@@ -51,7 +52,7 @@ class SoakWatch:
             graph: The map, with the robots.
             say: Called with each violation, under a lock.
         """
-        self._lock = threading.Lock()  # guards all below
+        self._lock = threading.RLock()  # guards all below
         self._say = say
         self._journal = JournalValidator(graph)
         self._noted = 0  # events of the journal
@@ -60,7 +61,7 @@ class SoakWatch:
         self._over: Dict[str, WatchedGoal] = {}  # whose ends are known to all
         self._nodes: Dict[str, WatchedNode] = {}
         self._acts: Dict[str, str] = {}
-        self._loops = 0
+        self._loop_ended = -math.inf  # in wall time
         self.violations: List[Violation] = []
         self.incidents: List[Incident] = []
         self.counts: Counter[str] = Counter()
@@ -73,7 +74,7 @@ class SoakWatch:
         """A client sends a goal; the latency of one that finds no slot free does not count."""
         with self._lock:
             self._goals[goal] = WatchedGoal(request, seconds, wall)
-            self._happens(seconds, "asked", request)
+            self.happens(seconds, "asked", request)
 
     def sends_again(self, goal: str) -> None:
         """A client sends a goal again, whose result comes again then."""
@@ -96,24 +97,25 @@ class SoakWatch:
                 known.is_acknowledged = True
                 self.latencies.measure(ACKNOWLEDGED, known.wall, seconds, wall)
 
-    def hears(self, goal: str, word: str, seconds: float) -> None:
+    def hears(self, goal: str, word: str, seconds: float, wall: float) -> None:
         """A client gets a result.
 
         Args:
             goal: The goal.
             word: How it has ended, as the journal has it, such as ``succeeded``.
             seconds: When, in simulated time.
+            wall: Likewise, in wall time.
         """
         with self._lock:
             known = self._goals.get(goal) or self._over.get(goal)
             if known is None:
-                self._wrong(seconds, f"a result of {goal}, which nobody has asked for")
+                self.wrong(seconds, f"a result of {goal}, which nobody has asked for")
                 return
             if not known.result:
-                self._happens(seconds, word, known.request)
-            wrong = known.hear(word, self._loops)
+                self.happens(seconds, word, known.request)
+            wrong = known.hear(word, wall, self._loop_ended)
             if wrong:
-                self._wrong(seconds, f"{goal}, {known.request}{wrong}")
+                self.wrong(seconds, f"{goal}, {known.request}{wrong}")
 
     # What the planning loop does.
 
@@ -131,13 +133,13 @@ class SoakWatch:
                 return
             if number > self._noted + 1 and self._noted:
                 lost = f"{self._noted + 1} to {number - 1}"
-                self._wrong(seconds, f"the journal's events {lost} did not come")
+                self.wrong(seconds, f"the journal's events {lost} did not come")
             self._noted = number
             self._recent.append(f"{number} {event}")
             self._journal.learns(event)
             violations = self._journal.validator.violations
             for text in violations:
-                self._wrong(seconds, text)
+                self.wrong(seconds, text)
             violations.clear()
             self._learn(event, seconds, wall)
 
@@ -154,17 +156,16 @@ class SoakWatch:
             self.latencies.forget_answers()
         elif isinstance(event, NodeResumed):
             self.latencies.forget_answers()
-            self._loops += event.node == LOOP
-            self._happens(seconds, "resumed", event.node)
+            self.happens(seconds, "resumed", event.node)
         elif isinstance(event, LoopEnded):
-            self._wrong(seconds, f"the planning loop has ended: {event.reason}")
+            self.wrong(seconds, f"the planning loop has ended: {event.reason}")
         elif isinstance(event, GoalArrived):
             # One that is recalled is over before the loop takes it.
             known = self._goals.get(event.goal) or self._over.get(event.goal)
             if known is None:
-                self._wrong(seconds, f"{event.goal} arrives, {event.request}: nobody asks for it")
+                self.wrong(seconds, f"{event.goal} arrives, {event.request}: nobody asks for it")
             elif known.has_arrived:
-                self._wrong(seconds, f"{event.goal}, {event.request}, arrives twice")
+                self.wrong(seconds, f"{event.goal}, {event.request}, arrives twice")
             else:
                 known.has_arrived = True
 
@@ -172,10 +173,10 @@ class SoakWatch:
         known = self._goals.get(event.goal)
         if known is None:
             about = f"{event.goal} is {event.status.value}"
-            self._wrong(seconds, f"{about}, and is over or nobody has asked for it")
+            self.wrong(seconds, f"{about}, and is over or nobody has asked for it")
             return
         if event.status is Status.CANCELED and not known.is_cancelled:
-            self._wrong(seconds, f"{event.goal}, {known.request}, is canceled: nobody asks for it")
+            self.wrong(seconds, f"{event.goal}, {known.request}, is canceled: nobody asks for it")
         known.status = event.status.value
         if event.status is Status.ACCEPTED:
             self.latencies.measure(ACCEPTED, known.wall, seconds, wall)
@@ -184,27 +185,33 @@ class SoakWatch:
         """An action of a robot has ended."""
         action = self._acts.pop(event.source)
         if event.value != SUCCESS:
-            self._happens(seconds, f"{event.value} of an action", f"{event.source}: {action}")
+            self.happens(seconds, f"{event.value} of an action", f"{event.source}: {action}")
         for _ in arguments(action, "deliver") if event.value == SUCCESS else ():
-            self._happens(seconds, "handed over", event.source)
+            self.happens(seconds, "handed over", event.source)
 
     # What is done to the system.
 
     def happens(self, seconds: float, kind: str, text: str = "") -> None:
         """Something has happened, to be drawn."""
         with self._lock:
-            self._happens(seconds, kind, text)
+            self.counts[kind] += 1
+            self.incidents.append(Incident(seconds, kind, text))
 
     def wrong(self, seconds: float, text: str) -> None:
-        """Something is wrong that somebody else has found."""
+        """Something is wrong, here or where the caller has found it."""
         with self._lock:
-            self._wrong(seconds, text)
+            violation = Violation(seconds, text, tuple(self._recent))
+            self.violations.append(violation)
+            self.happens(seconds, "violation", text)
+            self._say(violation)
 
-    def ends(self, node: str, how: str, seconds: float) -> None:
+    def ends(self, node: str, how: str, seconds: float, wall: float) -> None:
         """The soak ends a node; goals that are under way take longer because of that."""
         with self._lock:
             self._nodes[node].is_ended = True
-            self._happens(seconds, how, node)
+            if node == LOOP:
+                self._loop_ended = wall
+            self.happens(seconds, how, node)
             self.latencies.forget_answers()
             for goal in self._goals.values():
                 goal.wall = -1.0
@@ -222,7 +229,7 @@ class SoakWatch:
             known = self._nodes.setdefault(node, WatchedNode(node, wall))
             wrong = known.look(pid, wall)
             if wrong:
-                self._wrong(seconds, wrong)
+                self.wrong(seconds, wrong)
 
     def takes(self, node: str, mebibytes: float, seconds: float) -> None:
         """A node has so much memory."""
@@ -274,7 +281,7 @@ class SoakWatch:
                     known.is_late = True
                     what = "no end" if not known.result else f"{known.status} in the journal"
                     text = f"{goal}, {known.request}: {what} after {_MOST_SECONDS:.0f} s"
-                    self._wrong(seconds, text)
+                    self.wrong(seconds, text)
             return len(self._goals)
 
     def finish(self, seconds: float) -> None:
@@ -284,21 +291,11 @@ class SoakWatch:
                 about = f"{goal}, {known.request}"
                 if not known.result:
                     told = "acknowledged" if known.is_acknowledged else "never acknowledged"
-                    self._wrong(seconds, f"{about}: lost, without a result; it was {told}")
+                    self.wrong(seconds, f"{about}: lost, without a result; it was {told}")
                 elif known.status != known.result:
                     journal = known.status or "unknown"
                     text = f"{about}: its client hears {known.result}, the journal has {journal}"
-                    self._wrong(seconds, text)
+                    self.wrong(seconds, text)
             for text in self._journal.validator.finish():
-                self._wrong(seconds, text)
+                self.wrong(seconds, text)
             self._journal.validator.violations.clear()
-
-    def _happens(self, seconds: float, kind: str, text: str = "") -> None:
-        self.counts[kind] += 1
-        self.incidents.append(Incident(seconds, kind, text))
-
-    def _wrong(self, seconds: float, text: str) -> None:
-        violation = Violation(seconds, text, tuple(self._recent))
-        self.violations.append(violation)
-        self._happens(seconds, "violation", text)
-        self._say(violation)

@@ -189,7 +189,8 @@ class SoakWorld:
             self._happens("end left out", ending.node)
             return
         self._look_at(ending.node, pid)
-        self._watch.ends(ending.node, f"node {ending.how}ed", self._now())
+        how = f"node {ending.how}ed"
+        self._watch.ends(ending.node, how, self._now(), time.monotonic())
         os.kill(pid, signal.SIGKILL if ending.how == KILL else signal.SIGINT)
 
     def _later(self, delay: float, deed: _Deed) -> None:

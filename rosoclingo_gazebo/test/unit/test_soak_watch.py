@@ -20,7 +20,6 @@ from rosoclingo.loop.journal import (
     LoopEnded,
     LoopWaits,
     MessageArrived,
-    NodeResumed,
     Reason,
     Status,
     StatusSet,
@@ -89,7 +88,7 @@ class Watched:
     def end(self, goal: str, status: Status = Status.SUCCEEDED, slot: str = "1") -> None:
         """A goal ends, and its client hears that."""
         self.note(StatusSet(goal, status, slot))
-        self.watch.hears(goal, status.value, self.seconds)
+        self.watch.hears(goal, status.value, self.seconds, self.seconds)
 
     def deliver(self, goal: str) -> None:
         """The first robot does what is asked for, and stands at b then."""
@@ -129,7 +128,7 @@ def test_nothing_is_found_in_it(run: Watched) -> None:
     run.watch.cancels("g3")
     run.note(GoalArrived("g3", "bring(a,b)"))
     run.note(StatusSet("g3", Status.CANCELED, "", Reason.RECALLED))
-    run.watch.hears("g3", "canceled", run.seconds)
+    run.watch.hears("g3", "canceled", run.seconds, run.seconds)
     run.ask("g4", "bring(b,a)")
     run.watch.cancels("g4")
     run.note(CancelArrived("g4"))
@@ -160,7 +159,7 @@ def test_a_goal_that_is_open_for_too_long(run: Watched) -> None:
 def test_a_second_result(run: Watched) -> None:
     run.deliver("g1")
     for _ in range(2):
-        run.watch.hears("g1", "succeeded", run.seconds)
+        run.watch.hears("g1", "succeeded", run.seconds, run.seconds)
         run.watch.check(run.seconds)
     assert run.found == ["g1, bring(a,b): a second result, succeeded"] * 2
 
@@ -168,13 +167,14 @@ def test_a_second_result(run: Watched) -> None:
 def test_a_result_that_may_come_again(run: Watched) -> None:
     run.deliver("g1")
     run.watch.sends_again("g1")
-    run.watch.hears("g1", "succeeded", run.seconds)
-    run.note(NodeResumed(LOOP))
-    run.watch.hears("g1", "succeeded", run.seconds)
+    run.watch.hears("g1", "succeeded", run.seconds, run.seconds)
+    run.watch.is_process(LOOP, 7, run.seconds, run.seconds)
+    run.watch.ends(LOOP, "node killed", run.seconds, run.seconds)
+    run.watch.hears("g1", "succeeded", run.seconds, run.seconds)
     run.watch.check(run.seconds)
     assert run.found == []
-    run.watch.hears("g1", "aborted", run.seconds)
-    run.watch.hears("g7", "aborted", run.seconds)
+    run.watch.hears("g1", "aborted", run.seconds, run.seconds)
+    run.watch.hears("g7", "aborted", run.seconds, run.seconds)
     assert run.found == [
         "g1, bring(a,b), is aborted, and was succeeded before",
         "a result of g7, which nobody has asked for",
@@ -185,7 +185,7 @@ def test_another_result_than_that_of_the_journal(run: Watched) -> None:
     run.ask("g1")
     run.watch.cancels("g1")
     run.note(CancelArrived("g1"), StatusSet("g1", Status.CANCELED, "1"))
-    run.watch.hears("g1", "aborted", run.seconds)
+    run.watch.hears("g1", "aborted", run.seconds, run.seconds)
     assert run.found == ["g1, bring(a,b): its client hears aborted, the journal has canceled"]
 
 
@@ -198,7 +198,7 @@ def test_a_goal_that_is_over_before_the_loop_takes_it(run: Watched) -> None:
     run.watch.sends("g1", "bring(a,b)", run.seconds, run.seconds)
     run.watch.cancels("g1")
     run.note(StatusSet("g1", Status.CANCELED, "", Reason.RECALLED))
-    run.watch.hears("g1", "canceled", run.seconds)
+    run.watch.hears("g1", "canceled", run.seconds, run.seconds)
     assert run.watch.check(run.seconds) == 0
     run.note(GoalArrived("g1", "bring(a,b)"), CancelArrived("g1"))
     run.deliver("g2")
@@ -245,12 +245,12 @@ def test_the_end_of_the_run(run: Watched) -> None:
 def test_nodes(run: Watched) -> None:
     watch = run.watch
     watch.is_process("planner", 7, 1.0, 1.0)
-    watch.ends("planner", "node killed", 2.0)
+    watch.ends("planner", "node killed", 2.0, 2.0)
     watch.is_process("planner", 0, 3.0, 3.0)
     watch.is_process("planner", 8, 4.0, 4.0)
     assert run.said == []
     watch.is_process("planner", 9, 5.0, 5.0)
-    watch.ends("planner", "node interrupted", 6.0)
+    watch.ends("planner", "node interrupted", 6.0, 6.0)
     watch.is_process("planner", 0, 7.0, 7.0)
     for wall in (90.0, 98.0, 99.0):
         watch.is_process("planner", 0, wall, wall)
@@ -263,7 +263,7 @@ def test_latencies_that_do_not_count(run: Watched) -> None:
     run.drive("r1", "pickup(1)")
     run.note(LoopWaits(), ActionPublished("r1", "go(c)"), MessageArrived("r1", "success"))
     run.watch.is_process("planner", 7, 1.0, 1.0)
-    run.watch.ends("planner", "node killed", run.seconds)
+    run.watch.ends("planner", "node killed", run.seconds, run.seconds)
     run.note(ActionPublished("r1", "go(b)"))
     assert run.watch.latencies.samples[REACTION] == []
     run.watch.sends("g2", "bring(b,a)", run.seconds, -1.0)
@@ -283,7 +283,7 @@ def samples(slope: float, life_hours: float = 1.0) -> List[Sample]:
 
 def test_growing_memory() -> None:
     lines = memory_trends(
-        {"level": samples(0.0), "leak": samples(7.0), "leak of each": samples(30.0, 1.5)}, 3.0
+        {"level": samples(0.0), "leak": samples(7.0, 3.0), "leak of each": samples(30.0)}, 3.0
     )
     assert [line.name for line in lines if line.is_exceeded] == ["leak", "leak of each"]
     level, *_ = (line for line in lines if line.name == "level")
@@ -357,6 +357,11 @@ def test_draws() -> None:
     assert any(asking.is_sent_twice for asking in askings)
     endings = {what for _, what in drawn if isinstance(what, Ending)}
     assert len(endings) == len(PLACES.nodes) * len((KILL, INTERRUPT))
+
+
+def test_no_node_is_ended() -> None:
+    drawn = itertools.islice(disturbances(5, PLACES._replace(nodes=[])), 500)
+    assert not any(isinstance(what, Ending) for _, what in drawn)
 
 
 def test_faults_are_yaml() -> None:
