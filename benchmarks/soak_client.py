@@ -53,15 +53,15 @@ class SoakClient:
             subscriber("rosoclingo/journal", ROSoClingoEvent, self._on_event),
         ]
 
-    def ask(self, request: str, is_sent_twice: bool, is_measured: bool) -> str:
+    def ask(self, request: str, is_sent_twice: bool, *, finds_slot: bool) -> str:
         """Sends a goal, and returns its id."""
         goal = f"goal {next(self._numbers)}"
         stamp = rospy.Time.now()
         message = ROSoClingoActionGoal(
             goal_id=GoalID(stamp, goal), goal=ROSoClingoGoal(request, [])
         )
-        wall = time.monotonic() if is_measured else -1.0
-        self._watch.sends(goal, request, stamp.to_sec(), wall)
+        now, wall = stamp.to_sec(), time.monotonic()
+        self._watch.sends(goal, request, now, wall, finds_slot=finds_slot)
         self._asked[goal] = message
         self._goal.publish(message)
         if is_sent_twice:

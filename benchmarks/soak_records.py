@@ -45,6 +45,7 @@ class WatchedGoal:
         request: What is asked for.
         sent: When, in seconds of simulated time.
         wall: Likewise, in seconds of wall time; less than 0 if its latency does not count.
+        finds_slot: Whether there was a free slot for it then.
         is_cancelled: Whether its client has asked to cancel it.
         is_acknowledged: Whether it was in a list of statuses.
         has_arrived: Whether the journal has it.
@@ -58,6 +59,7 @@ class WatchedGoal:
     request: str
     sent: float
     wall: float
+    finds_slot: bool
     is_cancelled: bool = False
     is_acknowledged: bool = False
     has_arrived: bool = False

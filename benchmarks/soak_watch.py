@@ -68,12 +68,12 @@ class SoakWatch:
         self.latencies = SoakLatencies()
         self.memory: Dict[str, List[Sample]] = {}
 
-    # What clients do and hear.
-
-    def sends(self, goal: str, request: str, seconds: float, wall: float) -> None:
-        """A client sends a goal; the latency of one that finds no slot free does not count."""
+    def sends(
+        self, goal: str, request: str, seconds: float, wall: float, *, finds_slot: bool
+    ) -> None:
+        """A client sends a goal, for which there may be a free slot."""
         with self._lock:
-            self._goals[goal] = WatchedGoal(request, seconds, wall)
+            self._goals[goal] = WatchedGoal(request, seconds, wall, finds_slot)
             self.happens(seconds, "asked", request)
 
     def sends_again(self, goal: str) -> None:
@@ -178,7 +178,7 @@ class SoakWatch:
         if event.status is Status.CANCELED and not known.is_cancelled:
             self.wrong(seconds, f"{event.goal}, {known.request}, is canceled: nobody asks for it")
         known.status = event.status.value
-        if event.status is Status.ACCEPTED:
+        if event.status is Status.ACCEPTED and known.finds_slot:
             self.latencies.measure(ACCEPTED, known.wall, seconds, wall)
 
     def _happens_in(self, event: MessageArrived, seconds: float) -> None:

@@ -154,8 +154,8 @@ class SoakWorld:
         if number >= self._slots + _WAITING:
             self._happens("request left out", asking.request)
             return
-        is_measured = number < self._slots
-        goal = self.client.ask(asking.request, asking.is_sent_twice, is_measured)
+        has_slot = number < self._slots
+        goal = self.client.ask(asking.request, asking.is_sent_twice, finds_slot=has_slot)
         if asking.cancel_after is not None:
             self._later(asking.cancel_after, Cancelling(goal))
 

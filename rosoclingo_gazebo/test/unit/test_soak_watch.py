@@ -75,7 +75,7 @@ class Watched:
 
     def ask(self, goal: str, request: str = "bring(a,b)", slot: str = "1") -> None:
         """A goal is sent, and accepted."""
-        self.watch.sends(goal, request, self.seconds, self.seconds)
+        self.watch.sends(goal, request, self.seconds, self.seconds, finds_slot=True)
         self.note(GoalArrived(goal, request))
         self.watch.acknowledges(goal, self.seconds, self.seconds)
         self.note(StatusSet(goal, Status.ACCEPTED, slot))
@@ -121,10 +121,10 @@ def test_a_run_that_is_right(run: Watched) -> None:
 
 def test_nothing_is_found_in_it(run: Watched) -> None:
     run.deliver("g1")
-    run.watch.sends("g2", "bring(a,a)", run.seconds, run.seconds)
+    run.watch.sends("g2", "bring(a,a)", run.seconds, run.seconds, finds_slot=True)
     run.note(GoalArrived("g2", "bring(a,a)"))
     run.end("g2", Status.REJECTED, "")
-    run.watch.sends("g3", "bring(a,b)", run.seconds, run.seconds)
+    run.watch.sends("g3", "bring(a,b)", run.seconds, run.seconds, finds_slot=True)
     run.watch.cancels("g3")
     run.note(GoalArrived("g3", "bring(a,b)"))
     run.note(StatusSet("g3", Status.CANCELED, "", Reason.RECALLED))
@@ -138,7 +138,7 @@ def test_nothing_is_found_in_it(run: Watched) -> None:
 
 
 def test_a_lost_goal(run: Watched) -> None:
-    run.watch.sends("g1", "bring(a,b)", run.seconds, run.seconds)
+    run.watch.sends("g1", "bring(a,b)", run.seconds, run.seconds, finds_slot=True)
     assert run.found == ["g1, bring(a,b): lost, without a result; it was never acknowledged"]
 
 
@@ -195,7 +195,7 @@ def test_what_nobody_asks_for(run: Watched) -> None:
 
 
 def test_a_goal_that_is_over_before_the_loop_takes_it(run: Watched) -> None:
-    run.watch.sends("g1", "bring(a,b)", run.seconds, run.seconds)
+    run.watch.sends("g1", "bring(a,b)", run.seconds, run.seconds, finds_slot=True)
     run.watch.cancels("g1")
     run.note(StatusSet("g1", Status.CANCELED, "", Reason.RECALLED))
     run.watch.hears("g1", "canceled", run.seconds, run.seconds)
@@ -266,7 +266,7 @@ def test_latencies_that_do_not_count(run: Watched) -> None:
     run.watch.ends("planner", "node killed", run.seconds, run.seconds)
     run.note(ActionPublished("r1", "go(b)"))
     assert run.watch.latencies.samples[REACTION] == []
-    run.watch.sends("g2", "bring(b,a)", run.seconds, -1.0)
+    run.watch.sends("g2", "bring(b,a)", run.seconds, -1.0, finds_slot=True)
     run.watch.acknowledges("g2", run.seconds, run.seconds)
     assert len(run.watch.latencies.samples[ACKNOWLEDGED]) == 1
 
