@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import signal
 import subprocess
 import sys
@@ -81,6 +82,7 @@ class Soak:
     def run(self) -> int:
         """Runs, writes the page, and returns the exit status."""
         options = self._options
+        os.environ["PYTHONFAULTHANDLER"] = "1"  # of the nodes, see SoakWorld.end_hung
         with tempfile.TemporaryDirectory(prefix="soak_") as folder, RosSystem() as system:
             process = system.start(_OFFICE, self._launch(Path(folder)))
             rospy.set_param("/use_sim_time", True)
@@ -91,6 +93,8 @@ class Soak:
                 if not self._wait(lambda: world.is_ready, _START_SECONDS):
                     raise RosclingoError(f"the nodes did not start: {system.output(_OFFICE)}")
                 self._live(world, process)
+                if self._watch.violations:
+                    print(system.output(_OFFICE), flush=True)
                 self._say(world.seconds)
                 end = world.began + world.seconds
                 if options.replay:
@@ -121,8 +125,8 @@ class Soak:
         ended = [] if self._options.calm else nodes
         places = Places(sorted(self._rooms.offices), self._graph.edges, ended, len(robots))
         drawn = disturbances(self._options.seed, places)
-        nodes.append(_SIMULATOR)
-        return SoakWorld(self._watch, dict(self._graph.places), self._slots, nodes, drawn)
+        watched = [*nodes, _SIMULATOR]
+        return SoakWorld(self._watch, dict(self._graph.places), self._slots, watched, drawn)
 
     def _live(self, world: SoakWorld, office: Any) -> None:
         """Lets the fleet live until its time is over, and then until all goals have ended."""
@@ -148,7 +152,11 @@ class Soak:
                 return
             if now > passed:
                 passed, since = now, wall
-            if office.poll() is not None or wall - since > _STILL_SECONDS:
+            if office.poll() is not None:
+                self._watch.wrong(world.began + now, f"roslaunch ends with {office.poll()}")
+                return
+            if wall - since > _STILL_SECONDS:
+                world.end_hung(_SIMULATOR)
                 self._watch.wrong(world.began + now, "the simulator stands still")
                 return
             if wall - said > _SAY_SECONDS:

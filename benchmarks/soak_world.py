@@ -116,6 +116,13 @@ class SoakWorld:
         """The disturbances count from now on."""
         self.began = float(rospy.Time.now().to_sec())
 
+    def end_hung(self, node: str) -> None:
+        """Ends a node that hangs, whose output then has where all of its threads are."""
+        pid = self._pids[node]
+        if pid and _is_alive(pid):
+            os.kill(pid, signal.SIGABRT)
+            time.sleep(_NODES_SECONDS)
+
     def live(self, disturbs: bool) -> None:
         """Does what is due.
 
