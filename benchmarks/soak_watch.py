@@ -14,12 +14,16 @@ from typing import Callable, Deque, Dict, List, Set
 from rosoclingo.loop.journal import (
     LOOP,
     ActionPublished,
+    ActionTook,
+    CommandDone,
     Event,
     GoalArrived,
     LoopEnded,
     LoopWaits,
     MessageArrived,
     NodeResumed,
+    PlanFound,
+    SearchEnded,
     Status,
     StatusSet,
 )
@@ -30,8 +34,9 @@ from soak_latencies import ACCEPTED, ACKNOWLEDGED, BUSY, SoakLatencies, slow_dow
 from soak_records import Incident, Violation, WatchedGoal, WatchedNode
 from soak_trends import Sample
 
-_MOST_SECONDS = 3600.0  # of simulated time, that a goal may be open
-_RECENT_EVENTS = 60  # of the journal, that a violation comes with
+_MOST_SECONDS = 7200.0  # of simulated time, that a goal may be open
+_RECENT_EVENTS = 200  # of the journal, that a violation comes with, without those below
+_ROUTINE = (CommandDone, SearchEnded, PlanFound, LoopWaits, ActionTook)
 
 
 class SoakWatch:
@@ -135,7 +140,8 @@ class SoakWatch:
                 lost = f"{self._noted + 1} to {number - 1}"
                 self.wrong(seconds, f"the journal's events {lost} did not come")
             self._noted = number
-            self._recent.append(f"{number} {event}")
+            if not isinstance(event, _ROUTINE):
+                self._recent.append(f"{seconds:.1f} s, {number}: {event}")
             self._journal.learns(event)
             violations = self._journal.validator.violations
             for text in violations:
