@@ -11,22 +11,7 @@ import threading
 from collections import Counter, deque
 from typing import Callable, Deque, Dict, List, Set
 
-from rosoclingo.loop.journal import (
-    LOOP,
-    ActionPublished,
-    ActionTook,
-    CommandDone,
-    Event,
-    GoalArrived,
-    LoopEnded,
-    LoopWaits,
-    MessageArrived,
-    NodeResumed,
-    PlanFound,
-    SearchEnded,
-    Status,
-    StatusSet,
-)
+from rosoclingo.loop import journal
 from rosoclingo.loop.words import SUCCESS
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
 from rosoclingo_gazebo.demo.journal_validator import JournalValidator
@@ -36,7 +21,13 @@ from soak_trends import Sample
 
 _MOST_SECONDS = 7200.0  # of simulated time, that a goal may be open
 _RECENT_EVENTS = 200  # of the journal, that a violation comes with, without those below
-_ROUTINE = (CommandDone, SearchEnded, PlanFound, LoopWaits, ActionTook)
+_ROUTINE = (
+    journal.CommandDone,
+    journal.SearchEnded,
+    journal.PlanFound,
+    journal.LoopWaits,
+    journal.ActionTook,
+)
 
 
 class SoakWatch:
@@ -124,7 +115,7 @@ class SoakWatch:
 
     # What the planning loop does.
 
-    def learns(self, number: int, event: Event, seconds: float, wall: float) -> None:
+    def learns(self, number: int, event: journal.Event, seconds: float, wall: float) -> None:
         """The journal has an event, which may come again when the loop begins again.
 
         Args:
@@ -149,23 +140,23 @@ class SoakWatch:
             violations.clear()
             self._learn(event, seconds, wall)
 
-    def _learn(self, event: Event, seconds: float, wall: float) -> None:
-        if isinstance(event, StatusSet):
+    def _learn(self, event: journal.Event, seconds: float, wall: float) -> None:
+        if isinstance(event, journal.StatusSet):
             self._set_status(event, seconds, wall)
-        elif isinstance(event, MessageArrived) and event.source in self._acts:
+        elif isinstance(event, journal.MessageArrived) and event.source in self._acts:
             self._happens_in(event, seconds)
             self.latencies.answers(event.source, wall)
-        elif isinstance(event, ActionPublished):
+        elif isinstance(event, journal.ActionPublished):
             self._acts[event.actuator] = event.action
             self.latencies.acts(event.actuator, seconds, wall)
-        elif isinstance(event, LoopWaits):
+        elif isinstance(event, journal.LoopWaits):
             self.latencies.forget_answers()
-        elif isinstance(event, NodeResumed):
+        elif isinstance(event, journal.NodeResumed):
             self.latencies.forget_answers()
             self.happens(seconds, "resumed", event.node)
-        elif isinstance(event, LoopEnded):
+        elif isinstance(event, journal.LoopEnded):
             self.wrong(seconds, f"the planning loop has ended: {event.reason}")
-        elif isinstance(event, GoalArrived):
+        elif isinstance(event, journal.GoalArrived):
             # One that is recalled is over before the loop takes it.
             known = self._goals.get(event.goal) or self._over.get(event.goal)
             if known is None:
@@ -175,19 +166,19 @@ class SoakWatch:
             else:
                 known.has_arrived = True
 
-    def _set_status(self, event: StatusSet, seconds: float, wall: float) -> None:
+    def _set_status(self, event: journal.StatusSet, seconds: float, wall: float) -> None:
         known = self._goals.get(event.goal)
         if known is None:
             about = f"{event.goal} is {event.status.value}"
             self.wrong(seconds, f"{about}, and is over or nobody has asked for it")
             return
-        if event.status is Status.CANCELED and not known.is_cancelled:
+        if event.status is journal.Status.CANCELED and not known.is_cancelled:
             self.wrong(seconds, f"{event.goal}, {known.request}, is canceled: nobody asks for it")
         known.status = event.status.value
-        if event.status is Status.ACCEPTED and known.finds_slot:
+        if event.status is journal.Status.ACCEPTED and known.finds_slot:
             self.latencies.measure(ACCEPTED, known.wall, seconds, wall)
 
-    def _happens_in(self, event: MessageArrived, seconds: float) -> None:
+    def _happens_in(self, event: journal.MessageArrived, seconds: float) -> None:
         """An action of a robot has ended."""
         action = self._acts.pop(event.source)
         if event.value != SUCCESS:
@@ -215,7 +206,7 @@ class SoakWatch:
         """The soak ends a node; goals that are under way take longer because of that."""
         with self._lock:
             self._nodes[node].is_ended = True
-            if node == LOOP:
+            if node == journal.LOOP:
                 self._loop_ended = wall
             self.happens(seconds, how, node)
             self.latencies.forget_answers()

@@ -32,7 +32,7 @@ def test_ten_minutes(tmp_path: Path) -> None:
     assert f"0 violations; the page: {page}" in ended.stdout
     text = page.read_text(encoding="utf-8")
     counts = dict(re.findall(r"<tr class=\"\"><td>([a-z ]+)</td><td>(\d+)</td></tr>", text))
-    assert int(counts["asked"]) >= 6
+    assert int(counts["asked"]) >= 4
     assert int(counts["succeeded"]) >= 1
     assert int(counts["node killed"]) >= 2
 
