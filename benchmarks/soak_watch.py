@@ -57,6 +57,7 @@ class SoakWatch:
         self._over: Dict[str, WatchedGoal] = {}  # whose ends are known to all
         self._nodes: Dict[str, WatchedNode] = {}
         self._acts: Dict[str, str] = {}
+        self._failed: Set[Edge] = set()  # ways, until they are said to be free
         self._loop_ended = -math.inf  # in wall time
         self.violations: List[Violation] = []
         self.incidents: List[Incident] = []
@@ -113,8 +114,6 @@ class SoakWatch:
             if wrong:
                 self.wrong(seconds, f"{goal}, {known.request}{wrong}")
 
-    # What the planning loop does.
-
     def learns(self, number: int, event: journal.Event, seconds: float, wall: float) -> None:
         """The journal has an event, which may come again when the loop begins again.
 
@@ -146,6 +145,8 @@ class SoakWatch:
         elif isinstance(event, journal.MessageArrived) and event.source in self._acts:
             self._happens_in(event, seconds)
             self.latencies.answers(event.source, wall)
+        elif isinstance(event, journal.MessageArrived):
+            self._failed.discard(frozenset(arguments(event.value, "unblocked")))
         elif isinstance(event, journal.ActionPublished):
             self._acts[event.actuator] = event.action
             self.latencies.acts(event.actuator, seconds, wall)
@@ -181,12 +182,13 @@ class SoakWatch:
     def _happens_in(self, event: journal.MessageArrived, seconds: float) -> None:
         """An action of a robot has ended."""
         action = self._acts.pop(event.source)
+        target = arguments(action, "go")
         if event.value != SUCCESS:
+            here = self._journal.validator.positions[event.source]
+            self._failed |= {frozenset((here, waypoint)) for waypoint in target}
             self.happens(seconds, f"{event.value} of an action", f"{event.source}: {action}")
         for _ in arguments(action, "deliver") if event.value == SUCCESS else ():
             self.happens(seconds, "handed over", event.source)
-
-    # What is done to the system.
 
     def happens(self, seconds: float, kind: str, text: str = "") -> None:
         """Something has happened, to be drawn."""
@@ -240,8 +242,6 @@ class SoakWatch:
             self.latencies.uses(used, seconds)
             self.latencies.samples[BUSY].append(Sample(seconds, slow_down()))
 
-    # What is known.
-
     @property
     def open(self) -> List[str]:
         """The goals without a result."""
@@ -250,9 +250,9 @@ class SoakWatch:
 
     @property
     def blocked(self) -> Set[Edge]:
-        """The ways that count as blocked."""
+        """The ways that count as blocked, or on which a drive has failed."""
         with self._lock:
-            return set(self._journal.validator.believed())
+            return self._journal.validator.believed() | self._failed
 
     @property
     def lost(self) -> Set[str]:

@@ -237,6 +237,16 @@ def test_the_journal_may_come_again(run: Watched) -> None:
     assert run.found == [f"the journal's events {before - 1} to {before} did not come"]
 
 
+def test_ways_to_see_to(run: Watched) -> None:
+    run.ask("g1")
+    run.drive("r1", "pickup(1)")
+    run.note(ActionPublished("r1", "go(c)"), MessageArrived("r1", "failure"))
+    assert run.watch.blocked == {frozenset(("a", "c"))}
+    assert run.watch.counts["failure of an action"] == 1
+    run.note(MessageArrived("info", "unblocked(c,a)"))
+    assert run.watch.blocked == set()
+
+
 def test_the_end_of_the_run(run: Watched) -> None:
     run.note(LoopEnded("there is no plan"))
     assert run.found == ["the planning loop has ended: there is no plan"]
