@@ -90,19 +90,19 @@ def test_a_commit_has_its_part(part_of_a_run: Callable[..., str], tmp_path: Path
     assert found == {f"part:{part + 1}" for part in range(NUMBER)}
 
 
-DEMO_COMMANDS = """
+SCRIPT_COMMANDS = """
 quietly() { true; }
 say() { true; }
 source_ros() { true; }
 """
 
 
-def demo(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """Runs scripts/demo where nothing is installed or built, to see what it types."""
+def typed(folder: Path, script: str, *words: str) -> subprocess.CompletedProcess[str]:
+    """Runs a script where nothing is installed or built, to see what it types."""
     (folder / "scripts").mkdir()
     for name, text in (
-        ("demo", (ROOT / "scripts" / "demo").read_text()),
-        ("lib.sh", DEMO_COMMANDS),
+        (script, (ROOT / "scripts" / script).read_text()),
+        ("lib.sh", SCRIPT_COMMANDS),
         ("setup", "#!/bin/sh"),
         ("python", '#!/bin/sh\necho "$@"'),
     ):
@@ -110,13 +110,13 @@ def demo(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
         (folder / "scripts" / name).chmod(0o755)
     path = f"{folder / 'scripts'}:{os.environ['PATH']}"
     return subprocess.run(
-        [folder / "scripts" / "demo", *words],
+        [folder / "scripts" / script, *words],
         capture_output=True, text=True, check=False, env={**os.environ, "PATH": path},
     )  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("words", "typed"),
+    ("words", "pieces"),
     [
         ([], ["mailbot_robot.launch", " demo.py", "/demo"]),
         (["there"], ["_output:=", "/there"]),
@@ -126,11 +126,11 @@ def demo(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
         (["--robots", "3"], ["mailbot_fleet.launch robots:=3", "fleet_demo.py _robots:=3"]),
     ],
 )
-def test_what_the_demo_types(words: List[str], typed: List[str], tmp_path: Path) -> None:
-    ended = demo(tmp_path, *words)
+def test_what_the_demo_types(words: List[str], pieces: List[str], tmp_path: Path) -> None:
+    ended = typed(tmp_path, "demo", *words)
     assert ended.returncode == 0, ended.stderr
     assert ended.stdout.startswith("-m rosclingo.ros.local_master roslaunch rosoclingo_gazebo ")
-    for piece in typed:
+    for piece in pieces:
         assert piece in ended.stdout
 
 
@@ -138,9 +138,22 @@ def test_what_the_demo_types(words: List[str], typed: List[str], tmp_path: Path)
     "words", [["--robots"], ["--robots", "5"], ["--carried", "--kill=1"], ["--robot"]]
 )
 def test_what_the_demo_refuses(words: List[str], tmp_path: Path) -> None:
-    ended = demo(tmp_path, *words)
+    ended = typed(tmp_path, "demo", *words)
     assert ended.returncode == 2
     assert "[--kill[=SEED] | --robots N | --carried] [FOLDER]" in ended.stderr
+
+
+def test_what_the_soak_types(tmp_path: Path) -> None:
+    ended = typed(tmp_path, "soak", "0.5", "7", "--wall")
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.endswith("/benchmarks/soak.py 0.5 7 --wall\n")
+
+
+@pytest.mark.parametrize("words", [[], ["--wall"]])
+def test_what_the_soak_refuses(words: List[str], tmp_path: Path) -> None:
+    ended = typed(tmp_path, "soak", *words)
+    assert ended.returncode == 2
+    assert "HOURS [SEED] [--wall]" in ended.stderr
 
 
 @pytest.mark.skipif(

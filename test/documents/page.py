@@ -22,6 +22,7 @@ NOT_TYPED = {
     "FULL=1 scripts/test": "likewise",
     "scripts/in-chroot": "makes a system of another release",
     "scripts/docs": "builds the site anew, as scripts/test does",
+    "scripts/soak": "builds anew; test_scripts.py sees what it types, test_soak.py types that",
     "scripts/setup": "installs packages; scripts/test begins with it",
     "src/rosoclingo/scripts/setup": "likewise",
     "PYTHON=": "for catkin_make",

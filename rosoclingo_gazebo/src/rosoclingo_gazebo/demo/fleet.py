@@ -12,13 +12,13 @@ from rosoclingo.loop.journal import (
     Event,
     GoalArrived,
     MessageArrived,
-    PlanFound,
     Status,
     StatusSet,
 )
 from rosoclingo.loop.words import SUCCESS
-from rosoclingo_aspprograms.validator import Map, Validator, arguments
+from rosoclingo_aspprograms.validator import Map, arguments
 from rosoclingo_examples.orders import Bring
+from rosoclingo_gazebo.demo.journal_validator import JournalValidator
 from rosoclingo_gazebo.demo.trace import DriveEventKind, DriveTrace, TracePoint
 
 _PAUSE_SECONDS = 12.0  # of simulated time, between two requests on average
@@ -97,11 +97,9 @@ class FleetStory:
         self._lock = threading.Lock()  # guards all below
         self.members = {robot: FleetMember() for robot in graph.starts}
         self._places = places
-        self._validator = Validator(graph)
+        self._journal = JournalValidator(graph)
+        self._validator = self._journal.validator
         self._packages: Dict[str, str] = {}  # by goal
-        self._new: Dict[str, List[str]] = {}  # goals of no known slot: origin and destination
-        self._slots: Dict[str, str] = {}  # the goals of the slots
-        self._plan: Tuple[str, ...] = ()
         self._begin = 0.0
         self._end = 0.0
         self._touched: List[str] = []
@@ -149,30 +147,16 @@ class FleetStory:
     def learns(self, event: Event) -> None:
         """The planning loop's journal has one more event."""
         with self._lock:
+            self._journal.learns(event)
             if isinstance(event, GoalArrived):
-                self._validator.request(event.goal, event.request)
                 self._packages[event.goal] = " ".join(event.information) or event.request
                 self._ask(event.goal, arguments(event.request, "bring"))
-            elif isinstance(event, PlanFound):
-                self._plan = event.actions
             elif isinstance(event, ActionPublished):
-                for slot in arguments(event.action, "pickup"):
-                    self._find_slot(event.actuator, slot)
-                self._validator.action(event.actuator, event.action)
                 self.members[event.actuator].action = event.action
-            elif isinstance(event, MessageArrived):
-                self._validator.message(event.source, event.value)
-                if event.source in self.members:
-                    self._ends(event.source, event.value)
-            elif isinstance(event, StatusSet):
-                self._validator.status(event.goal, event.status.value, event.slot or None)
-                self._new.pop(event.goal, None)
-                if event.status is Status.ACCEPTED:
-                    self._slots[event.slot] = event.goal
-                else:
-                    self._slots.pop(event.slot, None)
-                if event.status is Status.SUCCEEDED:
-                    self._end = self._now()
+            elif isinstance(event, MessageArrived) and event.source in self.members:
+                self._ends(event.source, event.value)
+            elif isinstance(event, StatusSet) and event.status is Status.SUCCEEDED:
+                self._end = self._now()
 
     def wrong(self) -> List[str]:
         """Returns the faults, when nothing is expected to happen any more."""
@@ -212,36 +196,8 @@ class FleetStory:
         if len(terms) < 2:
             self._say("", f"asked for {package}")
             return
-        self._new[goal] = list(terms[:2])
         where, when = f"from {terms[0]} to {terms[1]}", "".join(f", {term}" for term in terms[2:])
         self._say("", f"asked to bring {package} {where}{when}")
-
-    def _find_slot(self, robot: str, slot: str) -> None:
-        """Finds out whose slot it is: a robot may pick a package up before its goal is accepted.
-
-        That is said at the end of the step. Until then it is the oldest new goal whose package is
-        where the robot is, and if there are several, one that is to go where the plan delivers it.
-        """
-        if slot in self._slots or robot not in self.members:
-            return
-        here, there = self._validator.positions[robot], self._where_delivered(robot, slot)
-        near = [goal for goal, (origin, _) in self._new.items() if origin == here]
-        near.sort(key=lambda goal: self._new[goal][1] != there)
-        for goal in near[:1]:
-            del self._new[goal]
-            self._slots[slot] = goal
-            self._validator.place(goal, slot)
-
-    def _where_delivered(self, robot: str, slot: str) -> str:
-        """Returns where a robot is before its delivery in the plan; empty if nobody knows."""
-        here = ""
-        steps = [arguments(action, "do") for action in self._plan]
-        for actuator, action, _ in sorted(steps, key=lambda step: int(step[2])):
-            if actuator == robot and action == f"deliver({slot})":
-                return here
-            if actuator == robot:
-                here = "".join(arguments(action, "go")) or here
-        return ""
 
     def _ends(self, robot: str, answer: str) -> None:
         member = self.members[robot]
@@ -252,7 +208,7 @@ class FleetStory:
             self._say(robot, f"{action} fails")
         for kind, name in ((DriveEventKind.PICKUP, "pickup"), (DriveEventKind.DELIVERY, "deliver")):
             for slot in arguments(action, name) if answer == SUCCESS else ():
-                package = self._packages.get(self._slots.get(slot, ""), f"package {slot}")
+                package = self._packages.get(self._journal.slots.get(slot, ""), f"package {slot}")
                 member.deliveries += kind is DriveEventKind.DELIVERY
                 office = self._validator.positions[robot]
                 trace.happen(kind, package, self._places[office])

@@ -56,14 +56,18 @@ class Killer:
     def _find(self, node: str, killed: int = 0) -> Optional[int]:
         """Waits for the process of a node, which is another one than that which was killed."""
         while not self._ended.wait(_POLL_SECONDS):
-            process = _process(rospy.resolve_name(node))
+            process = local_process(rospy.resolve_name(node))
             if process not in (None, killed):
                 return process
         return None
 
 
-def _process(node: str) -> Optional[int]:
-    """Returns the process of a node that roslaunch has started here, if there is one."""
+def local_process(node: str) -> Optional[int]:
+    """Returns the process of a node that roslaunch has started here, if there is one.
+
+    Args:
+        node: Its resolved name.
+    """
     try:
         uri = rosgraph.Master(rospy.get_name()).lookupNode(node)
         if not rosgraph.network.is_local_address(urlparse(uri).hostname):
