@@ -98,7 +98,7 @@ def _quality(message: String) -> Heard:
     try:
         said = json.loads(message.data)
         text = quality_words(list(map(int, said.get("cost", []))), said.get("optimal") is True)
-    except (AttributeError, TypeError, ValueError, OverflowError):
+    except (AttributeError, TypeError, ValueError, OverflowError, RecursionError):
         rospy.logwarn_throttle(60.0, "a message of plan_quality is not understood")
     return lambda model: model.set_quality(text)
 
