@@ -14,6 +14,7 @@ rosclingo.strict_yaml.StrictYamlError: line 2: a is there twice; remove or renam
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any, Dict, Iterator, List, Type
 
 import yaml
@@ -88,12 +89,13 @@ def load(text: str, loader: Type[Any] = ScalarValues) -> Any:
         yaml.YAMLError: The text is no YAML, is nested too deeply, has a number that is too large,
             too many values, or a name twice; the message says where.
     """
-    made = loader(text)
-    try:
-        node = _compose(made)
-        return None if node is None else made.construct_document(node)
-    finally:
-        made.dispose()
+    with _told():
+        made = loader(text)
+        try:
+            node = _compose(made)
+            return None if node is None else made.construct_document(node)
+        finally:
+            made.dispose()
 
 
 def compose(text: str, loader: Type[Any] = ScalarValues) -> Any:
@@ -102,11 +104,24 @@ def compose(text: str, loader: Type[Any] = ScalarValues) -> Any:
     Raises:
         yaml.YAMLError: As in :func:`load`, but for what values and names say.
     """
-    made = loader(text)
+    with _told():
+        made = loader(text)
+        try:
+            return _compose(made)
+        finally:
+            made.dispose()
+
+
+@contextlib.contextmanager
+def _told() -> Iterator[None]:
+    """A context that shortens PyYAML's messages, which quote all of a long name."""
     try:
-        return _compose(made)
-    finally:
-        made.dispose()
+        yield
+    except StrictYamlError:
+        raise
+    except yaml.MarkedYAMLError as err:
+        mark = err.problem_mark or err.context_mark
+        raise StrictYamlError(problem=shorten(str(err.problem)), problem_mark=mark) from err
 
 
 def _compose(loader: Any) -> Any:

@@ -142,7 +142,7 @@ def mapping(name: str) -> Dict[str, Any]:
         raise wrong(name, f"expected a mapping in YAML: {err}") from err
     value = {} if value is None else value
     if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
-        raise wrong(name, f"expected a mapping, such as {{'go(*)': {{...}}}}: {value}")
+        raise wrong(name, f"expected a mapping, such as {{'go(*)': {{...}}}}: {value!r:.200}")
     return value
 
 
