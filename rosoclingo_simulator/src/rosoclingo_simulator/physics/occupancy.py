@@ -16,11 +16,9 @@ from rosclingo import strict_yaml
 from rosclingo.errors import shorten
 from rosoclingo_simulator.errors import MapError
 from rosoclingo_simulator.physics.grid import CellGrid
+from rosoclingo_simulator.world.description import MOST_CELLS
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
-
-MOST_CELLS = 40_000_000
-"""Cells of a map; each takes some bytes, and a floor of 300 m square has 36 million of 5 cm."""
 
 _EXACT_CELLS = 8  # up to so many cells away, a distance is measured instead of estimated
 _NEIGHBOURS = np.arange(-_EXACT_CELLS - 2, _EXACT_CELLS + 3)

@@ -6,8 +6,7 @@ import itertools
 from typing import Iterable, Tuple
 
 from rosoclingo_simulator.errors import WorldError
-from rosoclingo_simulator.physics.occupancy import MOST_CELLS
-from rosoclingo_simulator.world.description import Area, World, WorldWaypoint
+from rosoclingo_simulator.world.description import MOST_CELLS, Area, World, WorldWaypoint
 from rosoclingo_simulator.world.geometry import Grid, distance
 
 _NEARLY = 1e-6  # m; what numbers such as 0.1 + 0.2 may be off

@@ -9,6 +9,9 @@ from typing import Mapping, Tuple
 WORLD_KINDS = ("open", "corridor", "office")
 """What a waypoint or a room can be."""
 
+MOST_CELLS = 40_000_000
+"""Cells of a map; each takes some bytes, and a floor of 300 m square has 36 million of 5 cm."""
+
 DEFAULT_FILES = {
     "instance": "{name}.lp",
     "waypoints": "{name}_waypoints.yaml",
