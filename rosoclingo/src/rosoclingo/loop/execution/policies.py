@@ -51,6 +51,7 @@ class ActionPolicy:
         return bool(self.timeout or self.factor)
 
 
+_MOST = sys.float_info.max
 _DEFAULT = ActionPolicy()
 
 
@@ -81,8 +82,7 @@ class ActionPolicies:
 
 
 def _seconds(value: object) -> float:
-    good = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not good or not 0 <= value <= sys.float_info.max:  # type: ignore[operator]  # a number
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= _MOST:
         raise ValueError("a number from 0 on")
     return float(value)
 
