@@ -180,6 +180,7 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
         (HEAD + "  covariance: {above: x}", 4, "above: expected a number of square metres"),
         (NEAREST + "{waypoints: places.yaml}", 4, "the key within of nearest_waypoint is missing"),
         (NEAREST + "{waypoints: no.yaml, within: 1}", 4, "cannot read the waypoint file"),
+        (NEAREST + f"{{waypoints: {'x' * 9000}, within: 1}}", 4, "cannot read the waypoint file"),
         (NEAREST.replace("at(W)", "at(a)") + "{waypoints: places.yaml, within: 1}", 3, "write W"),
         (CLOSED + "{waypoints: places.yaml, from: a, to: d}", 4, "there is no waypoint d"),
         (CLOSED + "{waypoints: places.yaml, from: a, to: a}", 4, "are at the same place"),
@@ -194,6 +195,7 @@ def test_each_mistake_is_refused_by_line(clock: Clock, text: str, line: int, mes
     with pytest.raises(ObservationError) as raised:
         clock.read(text)
     said = str(raised.value)
+    assert len(said) < 3000
     assert said.startswith(f"{clock.folder / 'observers.yaml'}, line {line}: ")
     assert message in said
 

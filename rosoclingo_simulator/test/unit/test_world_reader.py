@@ -152,7 +152,7 @@ def test_a_text_that_is_no_description(tmp_path: Path, text: str, message: str) 
     [{"floor": [0, -2147483648, 9, 6]}, {"resolution": 1e-320}, {"resolution": 1e-6}],
 )
 def test_a_floor_that_fills_the_memory(tmp_path: Path, changes: Dict[str, Any]) -> None:
-    with pytest.raises(WorldError, match=r"floor: .* has more than 40000000 cells of"):
+    with pytest.raises(WorldError, match=r"floor: .* has more than 20000000 cells of"):
         read_world(save(tmp_path, {**HOUSE, **changes}))
 
 

@@ -71,7 +71,10 @@ def read_waypoints(file: Path) -> Waypoints:
         content = strict_yaml.load(file.read_text(encoding="utf-8"), strict_yaml.Texts)
         return _waypoints(file, content)
     except (OSError, UnicodeDecodeError) as err:
-        raise WaypointError(f"cannot read the waypoint file {file}: {err}") from err
+        text = shorten(str(err), 500)
+        raise WaypointError(
+            f"cannot read the waypoint file {shorten(str(file), 1000)}: {text}"
+        ) from err
     except yaml.YAMLError as err:
         raise WaypointError(f"the waypoint file {file} is no YAML: {err}") from err
     except WaypointError as err:

@@ -9,8 +9,8 @@ from typing import Mapping, Tuple
 WORLD_KINDS = ("open", "corridor", "office")
 """What a waypoint or a room can be."""
 
-MOST_CELLS = 40_000_000
-"""Cells of a map; each takes some bytes, and a floor of 300 m square has 36 million of 5 cm."""
+MOST_CELLS = 20_000_000
+"""Cells of a map, which take seconds to read; a floor of 220 m square has as many of 5 cm."""
 
 DEFAULT_FILES = {
     "instance": "{name}.lp",
