@@ -24,6 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
         (("test", "--again", "units"), ["--again needs a number"]),
         (("test", "--part", "7", "units"), ["--part needs a number from 1 to 6"]),
         (("test", "--all"), ["'--all'", "--again N, --full, --part N"]),
+        (("fuzz", "nowhere"), ["there is no door 'nowhere'", "control, assumptions"]),
         (("docs", "--help"), ["usage: scripts/docs [FOLDER | --check]"]),
         (("docs", str(ROOT / "docs")), ["/docs' has something else than a site"]),
         (("in-chroot", "trixie"), ["usage: scripts/in-chroot SUITE COMMAND..."]),

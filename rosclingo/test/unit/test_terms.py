@@ -23,6 +23,19 @@ from rosclingo.solver.terms import parse_term, quote
     [
         ("a", Function("a")),
         ("a()", Function("a")),
+        (
+            'f(not_,"not",_not,knot,not\')',
+            Function(
+                "f",
+                [
+                    Function("not_"),
+                    String("not"),
+                    Function("_not"),
+                    Function("knot"),
+                    Function("not'"),
+                ],
+            ),
+        ),
         (" a\n", Function("a")),
         ("_x'", Function("_x'")),
         ("-a", Function("a", [], False)),
@@ -95,7 +108,9 @@ def test_accepted(text: str, term: clingo.Symbol) -> None:
         ("a;b", "unexpected token: ;"),
         ("f(1;2)", "unexpected token: ;"),
         ("1..3", "unexpected token: ."),
-        ("not a", "unexpected"),
+        ("not a", "not is no name"),
+        ("(not,-a)", "not is no name"),  # clingo parses this as a term, and in no program
+        ("f(1,not(2))", "not is no name"),
         ("@f()", "unexpected token: @"),
         ("#true", "unexpected token: #"),
         ("a % b", "unexpected token: %"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from pathlib import Path
 from typing import Any, Dict, List, Sequence, Tuple
 
@@ -11,6 +12,7 @@ import pytest
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import System
+from rosoclingo.loop.execution.patterns import ActionPattern
 from rosoclingo.loop.execution.policies import ActionPolicies
 from rosoclingo.loop.journal import (
     ActionPublished,
@@ -286,3 +288,47 @@ def test_the_longest_pattern_decides() -> None:
     )
     actions = ("wave", "go(3)", "go(7)")
     assert [policies.of("robot", one).retries for one in actions] == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "action", "fits"),
+    [
+        *(("*", action, True) for action in ("go(3)", "a")),
+        *(("go(*)", action, True) for action in ("go(3)", "go()", "go(a,go(b))", 'go("\n")')),
+        *(("go(*)", action, False) for action in ("go", "go(3", "ago(3)", "go(3)b", "o(3)")),
+        *(("a*b*a", action, True) for action in ("aba", "abba", "acbcaca")),
+        *(("a*b*a", action, False) for action in ("ab", "ba", "aa", "abc", "ab)")),
+        ("aa*aa", "aaa", False),
+        ("a*", "a", True),
+        ("do(robot,go(*))", "go(3)", True),
+        ("do(arm,*)", "go(3)", False),
+        ("go(.)", "go(3)", False),
+    ],
+)
+def test_what_a_pattern_fits(pattern: str, action: str, fits: bool) -> None:
+    assert ActionPattern(pattern).fits("robot", action) is fits
+
+
+def test_a_pattern_of_many_stars_takes_little_time() -> None:
+    began = time.process_time()
+    assert not ActionPattern("*a" * 500 + "*b").fits("robot", "a" * 2_000)
+    assert not ActionPattern("*" * 5_000 + "b").fits("robot", "a" * 2_000)
+    assert time.process_time() - began < 10.0
+
+
+@pytest.mark.parametrize(
+    "policies",
+    [
+        {"a" * 9_999: 7},
+        {"(" * 9_999: {}},
+        {"a": "b" * 9_999},
+        {"a": {"b" * 9_999: 1}},
+        {"a": {"then": "b" * 9_999 + "("}},
+        {"a": {"timeout": 10**400}},
+        {"a": {"timeout": ["b"] * 9_999}},
+    ],
+)
+def test_what_is_wrong_is_told_in_few_words(policies: Dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=r"expected|there is no|has to be|no pattern") as caught:
+        ActionPolicies(policies)
+    assert len(str(caught.value)) < 1000

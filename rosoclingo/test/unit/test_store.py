@@ -164,6 +164,43 @@ def test_a_store_of_another_version(tmp_path: Path) -> None:
     assert file.read_bytes() == before
 
 
+@pytest.mark.parametrize(
+    ("part", "key", "value"),
+    [
+        *(
+            ("goal", "g", value)
+            for value in ("", "[", "{}", "7", '["a"]', '["a", [], 7]', "[" * 9999)
+        ),
+        ("goal", "g", '["a", [], "", false, false, "asleep", "", 0.0]'),
+        ("goal", "g", '["a", [], "", false, false, "pending", "", "late"]'),
+        *(("journal", "1", value) for value in ("", "[]", '["late", 0, 0, "goal", "", "", [], 0]')),
+        ("journal", "1", '[0, 0, 0, "goal", "", "", 7, 0]'),
+        ("journal", "first", '[0, 0, 0, "goal", "", "", [], 0]'),
+        *(("input", "1", value) for value in ("", "[]", '["plan", "", "", [], 0]')),
+        *(("out", "1", value) for value in ("", "[]", '["robot"]', '["robot", 7]')),
+        ("state", "controller", ""),
+        ("state", "nothing", "1"),
+        ("run", "started with", "7"),
+    ],
+)
+def test_rows_that_this_version_does_not_write(
+    tmp_path: Path, part: str, key: str, value: str
+) -> None:
+    file = tmp_path / "a.store"
+    with Database(file) as database, database.transaction() as rows:
+        rows.put(part, key, value)
+
+    def use() -> None:
+        with contextlib.closing(Store(file)) as store:
+            _ = store.unsent, store.inputs(lambda _: None)
+            store.check({})
+
+    with pytest.raises(StoreError, match=r"written by another version.*resume:=fresh") as caught:
+        use()
+    assert str(file) in str(caught.value)
+    assert len(str(caught.value)) < 1000
+
+
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match=r"unable to open.*is its folder there, and may this user"):
         Store(tmp_path / "none" / "a.store")

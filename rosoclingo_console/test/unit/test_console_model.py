@@ -14,7 +14,7 @@ from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.model.metrics import METRICS, exposition
 from rosoclingo_console.model.sentences import tell
 from rosoclingo_console.model.system import SystemModel
-from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow
+from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow, read_quality
 
 HOSTILE = '<img src=x onerror="alert(1)">\u202e\x00\ud800'
 
@@ -418,3 +418,18 @@ def test_answers_of_strangers_need_no_memory() -> None:
         run.hear(journal.ActionPublished("r", "go"), journal.MessageArrived("r", f"a({number})"))
     assert len(run.model.actuators.answers) == 51
     assert sum(run.model.actuators.answers.values()) == 200
+
+
+def test_what_a_plan_costs() -> None:
+    assert read_quality('{"cost": [3, 17], "optimal": true}') == "3 17, the best"
+    assert read_quality('{"cost": [3, 17], "optimal": false}') == "3 17"
+    assert read_quality("{}") == ""
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "7", "null", '{"cost": 7}', '{"cost": ["x"]}', '{"cost": [1e999]}', "[" * 100_000],
+)
+def test_a_quality_that_is_none(text: str) -> None:
+    with pytest.raises(ValueError, match="expected what a plan costs"):
+        read_quality(text)

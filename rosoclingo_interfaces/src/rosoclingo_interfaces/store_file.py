@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 from typing import Any, Callable, TypeVar
 
+from rosclingo.errors import shorten
 from rosoclingo_interfaces.errors import LedgerError
 
 _FORMAT = 1
@@ -51,11 +52,13 @@ def load(file: Path, part: str, take: Callable[[Any], T], wrong: str, remedy: st
     try:
         said = json.loads(file.read_bytes())
         if said["format"] != _FORMAT:
-            raise ValueError(f"its format is {said['format']!r}, and this version knows {_FORMAT}")
+            raise ValueError(
+                f"its format is {said['format']!r:.80}, and this version knows {_FORMAT}"
+            )
         return take(said[part])
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as err:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as err:
         raise LedgerError(
-            f"{file} (~store) {wrong}: {err!r}; name another file, or {remedy}"
+            f"{file} (~store) {wrong}: {shorten(repr(err))}; name another file, or {remedy}"
         ) from err
 
 

@@ -304,7 +304,8 @@ def test_a_file_that_another_node_uses(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "{", "[]", "{}", '{"format": 2, "last": {}}', '{"format": 1, "last": []}',
+    ["", "{", "[]", "{}", "[" * 100_000,
+     '{"format": "' + "2" * 9999 + '"}', '{"format": 2, "last": {}}', '{"format": 1, "last": []}',
      '{"format": 1, "last": {"robot": {"run": "a", "number": "1", "action": "b", "answer": null}}}',
      '{"format": 1, "last": {"robot": {"run": "a", "number": 1, "action": "b"}}}'],
 )  # fmt: skip

@@ -143,8 +143,9 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
         ("observers: []", 1, "expected a list with one entry or more"),
         ("observers: [1]", 1, "expected a mapping"),
         ("observers:\n- {", 2, "it is no YAML"),
+        ("observers:\n- " + "[" * 99, 2, "it is no YAML: it is nested too deeply"),
         ("observers:\n- ? [a]\n  : 1", 2, "expected a name as the key"),
-        ("observers: &a [*a]", 1, "expected a mapping"),
+        ("observers: &a [*a]", 1, "it is no YAML: it holds itself by an alias"),
         (HEAD + "  silent: 1\n  topic: u", 5, "topic is there twice; remove one"),
         (HEAD + "  silent: 1\n  rates: 2", 5, "unknown key 'rates'; there are topic, tf, type"),
         ("observers:\n- topic: t\n  silent: 1", 2, "the key tell is missing"),
@@ -179,6 +180,7 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
         (HEAD + "  covariance: {above: x}", 4, "above: expected a number of square metres"),
         (NEAREST + "{waypoints: places.yaml}", 4, "the key within of nearest_waypoint is missing"),
         (NEAREST + "{waypoints: no.yaml, within: 1}", 4, "cannot read the waypoint file"),
+        (NEAREST + f"{{waypoints: {'x' * 9000}, within: 1}}", 4, "cannot read the waypoint file"),
         (NEAREST.replace("at(W)", "at(a)") + "{waypoints: places.yaml, within: 1}", 3, "write W"),
         (CLOSED + "{waypoints: places.yaml, from: a, to: d}", 4, "there is no waypoint d"),
         (CLOSED + "{waypoints: places.yaml, from: a, to: a}", 4, "are at the same place"),
@@ -193,6 +195,7 @@ def test_each_mistake_is_refused_by_line(clock: Clock, text: str, line: int, mes
     with pytest.raises(ObservationError) as raised:
         clock.read(text)
     said = str(raised.value)
+    assert len(said) < 3000
     assert said.startswith(f"{clock.folder / 'observers.yaml'}, line {line}: ")
     assert message in said
 

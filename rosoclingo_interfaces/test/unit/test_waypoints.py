@@ -71,6 +71,10 @@ def test_a_waypoint_that_is_not_there(file: Path) -> None:
         ),
         (GOOD + "  c3: {x: 1, x: 1, y: 2, theta: 0}", "x is there twice"),
         ("[" * 5000, "nested too deeply"),
+        (
+            GOOD + f"  ? {'c' * 9000}\n  : {{x: 1, y: 2}}",
+            "ccc... (9000 characters): expected x, y and",
+        ),
     ],
 )
 def test_wrong_files(file: Path, text: str, message: str) -> None:
@@ -78,6 +82,7 @@ def test_wrong_files(file: Path, text: str, message: str) -> None:
         read(file, text)
     assert message in str(raised.value)
     assert str(file) in str(raised.value)
+    assert len(str(raised.value)) < 1000
 
 
 def test_files_that_cannot_be_read(file: Path) -> None:

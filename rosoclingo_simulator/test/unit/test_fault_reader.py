@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict
+from typing import Any, Dict, List
 
 import pytest
 from office import PACKAGE
 from office import WAYPOINTS as OFFICE_WAYPOINTS
 
+from rosclingo import strict_yaml
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, read_waypoints
 from rosoclingo_simulator.errors import FaultError
 from rosoclingo_simulator.faults.kinds import (
@@ -204,8 +205,11 @@ def test_mistakes_are_named_by_line(
         ("faults: [", "faults.yaml is not YAML"),
         ("seed: 1\nseed: 2\n", "is not YAML: line 2: seed is there twice"),
         ("\0", "faults.yaml is not YAML"),
-        ("[" * 5000, "is not YAML: it is nested too deeply"),
-        ("faults: &a\n- *a\n", "fault 1: expected an entry such as"),
+        ("[" * 5000, "is not YAML: line 1: it is nested too deeply"),
+        ("faults: &a\n- *a\n", "is not YAML: line 1: it holds itself by an alias"),
+        (f"seed: {'9' * 400}\nfaults: []", "is not YAML: line 1: 9999"),
+        (f"? {'a' * 9000}\n: 1", "line 1: there is no entry 'aaa"),
+        (f"faults: [{{fault: {'a' * 9000}}}]", "there is no fault 'aaa"),
     ],
 )
 def test_files_that_are_no_faults(tmp_path: Path, text: str, message: str) -> None:
@@ -214,6 +218,24 @@ def test_files_that_are_no_faults(tmp_path: Path, text: str, message: str) -> No
     with pytest.raises(FaultError) as caught:
         read_faults(file, OFFICE)
     assert message in str(caught.value)
+    assert len(str(caught.value)) < 1000
+
+
+def test_the_text_is_parsed_once_for_the_places_of_all_faults(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: List[str] = []
+    compose = strict_yaml.compose
+
+    def counted(text: str) -> Any:
+        calls.append(text)
+        return compose(text)
+
+    monkeypatch.setattr(strict_yaml, "compose", counted)
+    file = tmp_path / "faults.yaml"
+    file.write_text("faults:\n" + "- {fault: slip}\n" * 100)
+    assert read_faults(file, OFFICE).faults[-1].where.startswith(f"{file}, line 101: ")
+    assert len(calls) == 1
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:

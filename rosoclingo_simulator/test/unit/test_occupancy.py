@@ -74,6 +74,8 @@ def test_negate_and_thresholds(tmp_path: Path) -> None:
         ({"negate": "2"}, "negate: expected 0 or 1: 2"),
         ({"mode": "raw"}, "mode: expected trinary: raw"),
         ({"origin": "[1, 2]"}, r"origin: expected \[x, y, yaw\]"),
+        ({"resolution": "9" * 400}, "line .*: 9+.* is too large a number"),
+        ({"image": "[a, " * 40 + "]" * 40}, "image: expected the name of a picture: .{,80}$"),
         ({"origin": "[1, 2, 0.5]"}, r"origin: expected a yaw of 0: 0\.5"),
     ],
 )
@@ -85,14 +87,19 @@ def test_what_is_wrong_is_named(
 
 
 @pytest.mark.parametrize(
-    "picture", [b"", b"nonsense", b"P5\n3 2\n255\nabc", b"P2\n3 2\n255\n1 2 3", b"P5\n3"]
+    "picture",
+    [
+        *(b"", b"nonsense", b"P5\n3 2\n255\nabc", b"P2\n3 2\n255\n1 2 3", b"P5\n3"),
+        # Of so many pixels that Pillow refuses or warns, or that they take much memory.
+        *(b"P5\n99999 99999\n255\n", b"P5\n9999 9999\n255\n", b"P5\n7000 7000\n255\n"),
+    ],
 )
 def test_broken_pictures_are_named(tmp_path: Path, picture: bytes) -> None:
     with pytest.raises(MapError, match=r"floor\.pgm"):
         read_map(write(tmp_path, picture))
 
 
-@pytest.mark.parametrize("text", ["", "- a list", "a: [", "\x00"])
+@pytest.mark.parametrize("text", ["", "- a list", "a: [", "\x00", "a: !!float b", "[" * 5000])
 def test_what_is_no_map_is_named(tmp_path: Path, text: str) -> None:
     file = tmp_path / "floor.yaml"
     file.write_text(text)

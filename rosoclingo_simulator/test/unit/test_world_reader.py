@@ -136,6 +136,7 @@ def test_what_is_wrong_is_named(tmp_path: Path, place: str, value: Any, message:
         ("name: [", "is not YAML: "),
         ("", "the description: expected names with values (NAME: VALUE), not None"),
         ("? [a]\n: b\n", "is not YAML: "),
+        (f"? {'a' * 9000}\n: b\n", "the description: "),
     ],
 )
 def test_a_text_that_is_no_description(tmp_path: Path, text: str, message: str) -> None:
@@ -144,6 +145,21 @@ def test_a_text_that_is_no_description(tmp_path: Path, text: str, message: str) 
     with pytest.raises(WorldError, match=str(path)) as raised:
         read_world(path)
     assert message in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"floor": [0, -2147483648, 9, 6]}, {"resolution": 1e-320}, {"resolution": 1e-6}],
+)
+def test_a_floor_that_fills_the_memory(tmp_path: Path, changes: Dict[str, Any]) -> None:
+    with pytest.raises(WorldError, match=r"floor: .* has more than 20000000 cells of"):
+        read_world(save(tmp_path, {**HOUSE, **changes}))
+
+
+@pytest.mark.parametrize("thickness", [1e308, 10**400])
+def test_a_number_that_is_too_large(tmp_path: Path, thickness: float) -> None:
+    with pytest.raises(WorldError, match=r"thickness: .* is no multiple of|is too large a number"):
+        read_world(save(tmp_path, {**HOUSE, "walls": {"thickness": thickness}}))
 
 
 def test_a_file_that_is_no_text(tmp_path: Path) -> None:

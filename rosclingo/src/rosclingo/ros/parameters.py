@@ -9,6 +9,7 @@ from typing import Any, Dict, List, Optional, Pattern, Sequence
 import rospy
 import yaml
 
+from rosclingo import strict_yaml
 from rosclingo.errors import ParameterError, TermError
 from rosclingo.solver.terms import parse_term
 from rosclingo.solver.threads import read_threads
@@ -136,12 +137,12 @@ def mapping(name: str) -> Dict[str, Any]:
     """
     value = _get(name, {})
     try:
-        value = yaml.safe_load(value) if isinstance(value, str) else value
+        value = strict_yaml.load(value) if isinstance(value, str) else value
     except yaml.YAMLError as err:
         raise wrong(name, f"expected a mapping in YAML: {err}") from err
     value = {} if value is None else value
     if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
-        raise wrong(name, f"expected a mapping, such as {{'go(*)': {{...}}}}: {value}")
+        raise wrong(name, f"expected a mapping, such as {{'go(*)': {{...}}}}: {value!r:.200}")
     return value
 
 

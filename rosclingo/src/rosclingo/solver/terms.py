@@ -22,6 +22,7 @@ _NOTABLE = re.compile(
     # A division that cannot go wrong; its divisor is then looked at as any number.
     r"|[/\\]\s*(?=[1-9][0-9]*(?![0-9]|\s*\*\*))"
     r"|(?P<division>[/\\])"
+    r"|(?P<keyword>(?<![\w'])not(?![\w']))"
     r'|(?P<stray>["%])'  # a quote that begins no string, or a comment
 )
 
@@ -66,7 +67,10 @@ def _parse(text: str) -> clingo.Symbol:
     except RuntimeError as err:
         raise TermError(f"{quote(text)} is not a ground term: {_reason(str(err))}") from err
     if any(match["operator"] for match in _OPERATION.finditer(text)):
-        overflow = find_overflow(text)
+        try:
+            overflow = find_overflow(text)
+        except RuntimeError as err:
+            raise TermError(f"{quote(text)} is not a ground term: {_reason(str(err))}") from err
         if overflow is not None:
             raise TermError(f"{quote(text)} is not a ground term: arithmetic overflow: {overflow}")
     return term
@@ -91,6 +95,8 @@ def _problem(text: str) -> Optional[str]:
         if match["division"]:
             # clingo ends the process when it divides by zero here, or -2147483648 by -1.
             return "it holds a division by something else than a positive number"
+        if match["keyword"]:
+            return "not is no name: no program could hold it"  # though clingo parses it here
         if match["stray"]:
             # Without a look at the rest: clingo looks for a string's end behind every quote.
             return f"unexpected token: {match['stray']}"

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import time
 from collections import deque
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
 
+from rosclingo.errors import shorten
 from rosclingo.wire.commands import Command
 from rosoclingo.errors import DamagedStoreError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.durability import KnownGoal
 from rosoclingo.loop.inputs.inbox import Cancel, Item, arrival_of, item_of
 from rosoclingo.loop.journal import Fields as JournalFields
-from rosoclingo.loop.journal import NumberedRecord, Status, StatusSet
+from rosoclingo.loop.journal import NumberedRecord, StatusSet
 from rosoclingo.loop.loop import LoopSnapshot
 from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.snapshot import remade
 from rosoclingo.store import commands as planner_commands
 from rosoclingo.store.database import Database, Rows, log_put_aside
 from rosoclingo.store.fields import ChangedRows, read
@@ -99,14 +102,13 @@ class Store:
         self._fields = ChangedRows(LoopSnapshot)
         try:
             self._see_losses(lossy)
-            self.unsure_since = _unsure_since(self.records)
-            self.pause = now() - max((record.time for record in self.records), default=0.0)
+            records = self.records
+            self.unsure_since = _unsure_since(records)
+            self.pause = now() - max((record.time for record in records), default=0.0)
             self.ended: Optional[str] = self._database.read(_RUN).get(_ENDED)
             if self.ended is not None:
                 self._clear()
-            self.goals = {
-                key: _goal(key, value) for key, value in self._database.read(_GOAL).items()
-            }
+            self.goals = self._read_goals()
             self._goals = dict(self.goals)  # as they are now
             self._open_goals = _open_ones(self.goals)
             self._events = list(self._database.read(_JOURNAL))
@@ -135,8 +137,7 @@ class Store:
         loss = self._database.loss
         if loss is None:
             return
-        rows = self._database.read(_GOAL)
-        self._open_goals = _open_ones({key: _goal(key, value) for key, value in rows.items()})
+        self._open_goals = _open_ones(self._read_goals())
         text = f"the store {self.path} is damaged: {describe(loss, self._open_goals)}"
         if not lossy:
             raise DamagedStoreError(
@@ -184,18 +185,29 @@ class Store:
         ended = (one for one in self.goals.values() if one.status.is_terminal)
         return sorted(ended, key=lambda one: one.time)
 
+    @contextlib.contextmanager
+    def _understood(self) -> Iterator[None]:
+        """A context that converts all that rows raise which another version, or nobody, writes."""
+        try:
+            yield
+        except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as err:
+            raise StoreError(
+                f"the store {self.path} was written by another version of rosoclingo: "
+                f"{shorten(str(err))}; start that one, or start with resume:=fresh, which keeps "
+                "the file aside"
+            ) from err
+
+    def _read_goals(self) -> Dict[str, KnownGoal]:
+        with self._understood():
+            return {key: _goal(key, value) for key, value in self._database.read(_GOAL).items()}
+
     def _read_snapshot(self) -> Optional[LoopSnapshot]:
         rows = self._database.read(_STATE)
         if not rows:
             return None
         pairs = {tuple(key.split(" ", 1)): value for key, value in rows.items()}
-        try:
+        with self._understood():
             snapshot = read(LoopSnapshot, pairs)  # type: ignore[arg-type]
-        except ValueError as err:
-            raise StoreError(
-                f"the store {self.path} was written by another version of rosoclingo: {err}; start "
-                "that one, or start with resume:=fresh, which keeps the file aside"
-            ) from err
         # What is written is what was read, so that the next snapshot differs little.
         self._fields.changes(read(LoopSnapshot, pairs))  # type: ignore[arg-type]
         assert isinstance(snapshot, LoopSnapshot)
@@ -215,21 +227,24 @@ class Store:
         Returns:
             Pairs of number and item; an item of a goal that is of no interest is None.
         """
-        return [
-            (int(number), item_of(journal.from_text(value), goals))
-            for number, value in self._database.read(_INPUT).items()
-        ]
+        with self._understood():
+            return [
+                (int(number), _item(value, goals))
+                for number, value in self._database.read(_INPUT).items()
+            ]
 
     @property
     def unsent(self) -> List[Tuple[str, str]]:
         """Actuators and actions that may not have been published."""
-        pairs = map(json.loads, self._database.read(_OUT).values())
-        return [(actuator, action) for actuator, action in pairs]
+        with self._understood():
+            pairs = map(json.loads, self._database.read(_OUT).values())
+            return [(_text(actuator), _text(action)) for actuator, action in pairs]
 
     @property
     def records(self) -> List[NumberedRecord]:
         """The journal's last events."""
-        return [_record(int(n), value) for n, value in self._database.read(_JOURNAL).items()]
+        with self._understood():
+            return [_record(int(n), value) for n, value in self._database.read(_JOURNAL).items()]
 
     # What is written.
 
@@ -248,7 +263,8 @@ class Store:
         Raises:
             StoreError: It is something else; the message says what.
         """
-        old = json.loads(self._database.read(_RUN).get(_STARTED_WITH, "{}"))
+        with self._understood():
+            old = dict(json.loads(self._database.read(_RUN).get(_STARTED_WITH, "{}")))
         differs = [
             f"{what} was {old.get(what, 'not there')} and is {started_with.get(what, 'not there')}"
             for what in dict.fromkeys([*old, *started_with])
@@ -354,9 +370,8 @@ class Store:
 
 
 def _goal(identifier: str, text: str) -> KnownGoal:
-    goal = KnownGoal(identifier, *json.loads(text))
-    information, status = tuple(goal.information), Status(goal.status)
-    return dataclasses.replace(goal, information=information, status=status)
+    names = [field.name for field in dataclasses.fields(KnownGoal)]
+    return remade(KnownGoal, dict(zip(names, [identifier, *json.loads(text)])))
 
 
 def _open_ones(goals: Mapping[str, KnownGoal]) -> Dict[str, str]:
@@ -382,4 +397,17 @@ def _unsure_since(records: Sequence[NumberedRecord]) -> float:
 def _record(number: int, text: str) -> NumberedRecord:
     seconds, step, horizon, *fields = json.loads(text)
     event = journal.decode(JournalFields(*fields))
-    return NumberedRecord(event, step, horizon, number, seconds)
+    return NumberedRecord(event, int(step), int(horizon), number, float(seconds))
+
+
+def _item(text: str, goals: Callable[[str], Optional[Goal]]) -> Optional[Item]:
+    event = journal.from_text(text)
+    if not isinstance(event, (*journal.ARRIVALS, journal.AnswerArrived)):
+        raise ValueError(f"{text:.80} is no input")
+    return item_of(event, goals)
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"{value!r:.80} is no text")
+    return value

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from typing import Mapping, NamedTuple, Sequence, Tuple
 
@@ -70,6 +71,19 @@ def quality_words(cost: Sequence[int], is_best: bool) -> str:
     """Returns what a plan costs, in words; nothing if that is not known."""
     text = " ".join(map(str, cost))
     return f"{text}, the best" if text and is_best else text
+
+
+def read_quality(text: str) -> str:
+    """Returns what a message of ``~plan_quality`` says, in words.
+
+    Raises:
+        ValueError: It says something else.
+    """
+    try:
+        said = json.loads(text)
+        return quality_words(list(map(int, said.get("cost", []))), said.get("optimal") is True)
+    except (AttributeError, TypeError, ValueError, OverflowError, RecursionError) as err:
+        raise ValueError(f"expected what a plan costs: {err}") from err
 
 
 @dataclass

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from typing import Any, Callable
 
@@ -20,7 +19,7 @@ from rosoclingo.msg import (
     ROSoClingoPlan,
     ROSoClingoToken,
 )
-from rosoclingo_console.model.values import OperatorDecisions, TokenRow, quality_words
+from rosoclingo_console.model.values import OperatorDecisions, TokenRow, read_quality
 from rosoclingo_console.web.hub import Heard
 
 
@@ -96,9 +95,8 @@ def _decisions(message: ROSoClingoHeld) -> Heard:
 def _quality(message: String) -> Heard:
     text = ""
     try:
-        said = json.loads(message.data)
-        text = quality_words(list(map(int, said.get("cost", []))), said.get("optimal") is True)
-    except (AttributeError, TypeError, ValueError, OverflowError):
+        text = read_quality(message.data)
+    except ValueError:
         rospy.logwarn_throttle(60.0, "a message of plan_quality is not understood")
     return lambda model: model.set_quality(text)
 

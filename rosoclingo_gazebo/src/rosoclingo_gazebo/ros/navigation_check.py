@@ -16,6 +16,7 @@ import rospkg
 import yaml
 from roslib.packages import find_node
 
+from rosclingo import strict_yaml
 from rosclingo.errors import RosclingoError
 
 LOCALISATION = ("map_server", "amcl")
@@ -63,7 +64,7 @@ def plugins(config: Path) -> List[str]:
     """
     file = config / "move_base.yaml"
     try:
-        content: Any = yaml.safe_load(file.read_text(encoding="utf-8"))
+        content: Any = strict_yaml.load(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as err:
         raise ConfigError(f"cannot read {file}: {err}") from err
     names = [content.get(key) if isinstance(content, dict) else None for key in _PLANNERS]

@@ -9,10 +9,10 @@ from typing import Any, Dict, Mapping
 
 import yaml
 
-from rosclingo.errors import TermError
+from rosclingo import strict_yaml
+from rosclingo.errors import TermError, shorten
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.errors import WaypointError
-from rosoclingo_interfaces.navigation import strict_yaml
 
 _COORDINATES = ("x", "y", "theta")
 
@@ -55,9 +55,9 @@ class Waypoints:
         try:
             return self.places[name]
         except KeyError:
-            known = ", ".join(self.places)
+            known = shorten(", ".join(self.places), 1000)
             raise WaypointError(
-                f"there is no waypoint {name} in {self.file}; there are {known}"
+                f"there is no waypoint {shorten(name)} in {self.file}; there are {known}"
             ) from None
 
 
@@ -71,7 +71,10 @@ def read_waypoints(file: Path) -> Waypoints:
         content = strict_yaml.load(file.read_text(encoding="utf-8"), strict_yaml.Texts)
         return _waypoints(file, content)
     except (OSError, UnicodeDecodeError) as err:
-        raise WaypointError(f"cannot read the waypoint file {file}: {err}") from err
+        text = shorten(str(err), 500)
+        raise WaypointError(
+            f"cannot read the waypoint file {shorten(str(file), 1000)}: {text}"
+        ) from err
     except yaml.YAMLError as err:
         raise WaypointError(f"the waypoint file {file} is no YAML: {err}") from err
     except WaypointError as err:
@@ -106,7 +109,7 @@ def _name(key: Any) -> str:
 
 def _waypoint(name: str, entry: Any) -> Waypoint:
     if not isinstance(entry, dict) or set(entry) != set(_COORDINATES):
-        raise WaypointError(f"waypoint {name}: expected x, y and theta, and no others")
+        raise WaypointError(f"waypoint {shorten(name)}: expected x, y and theta, and no others")
     return Waypoint(*(_number(name, word, entry[word]) for word in _COORDINATES))
 
 
@@ -117,5 +120,6 @@ def _number(name: str, word: str, value: Any) -> float:
         number = math.nan
     if not math.isfinite(number):
         unit = "radians" if word == "theta" else "metres"
-        raise WaypointError(f"waypoint {name}: {word}: expected a number of {unit}: {value}")
+        what = f"waypoint {shorten(name)}: {word}"
+        raise WaypointError(f"{what}: expected a number of {unit}: {value!s:.80}")
     return number

@@ -9,9 +9,9 @@ from typing import Any, Collection, Dict, List, Optional, Tuple, Union
 
 import yaml
 
+from rosclingo import strict_yaml
 from rosclingo.solver.terms import quote
 from rosoclingo_interfaces.errors import ObservationError
-from rosoclingo_interfaces.navigation.strict_yaml import ScalarValues
 
 _TAG = "tag:yaml.org,2002:"
 
@@ -23,7 +23,7 @@ def read_entry(file: Path) -> YamlEntry:
         ObservationError: The file cannot be read, is no YAML, or is no mapping.
     """
     try:
-        node = yaml.compose(file.read_text(encoding="utf-8"), ScalarValues)
+        node = strict_yaml.compose(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as err:
         raise ObservationError(f"cannot read the file of observers {file}: {err}") from err
     except yaml.MarkedYAMLError as err:
@@ -31,8 +31,6 @@ def read_entry(file: Path) -> YamlEntry:
         raise ObservationError(f"{file}{line}: it is no YAML: {err.problem}") from err
     except yaml.YAMLError as err:
         raise ObservationError(f"{file}: it is no YAML: {err}") from err
-    except RecursionError as err:
-        raise ObservationError(f"{file}: it is nested too deeply") from err
     if node is None:
         raise ObservationError(f"{file}, line 1: the file is empty; it needs the key observers")
     return YamlEntry(file, node)

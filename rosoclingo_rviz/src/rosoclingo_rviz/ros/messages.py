@@ -11,6 +11,7 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from rosclingo import strict_yaml
 from rosclingo.errors import RosclingoError
 from rosoclingo.drawing.shapes import Shape
 
@@ -37,7 +38,7 @@ def read_markers(file: str) -> List[Marker]:
     """
     message = MarkerArray()
     try:
-        content = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
+        content = strict_yaml.load(Path(file).read_text(encoding="utf-8"))
         genpy.message.fill_message_args(message, [content])
         for marker in message.markers:
             marker._check_types()  # that numbers are numbers

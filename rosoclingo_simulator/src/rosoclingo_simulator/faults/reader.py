@@ -65,7 +65,7 @@ def _fault(item: FaultValue, number: int, waypoints: Waypoints) -> Fault:
         raise item.wrong("expected an entry such as {fault: slip, when: {time: 20}, lasts: 10}")
     kind = str(value["fault"])
     if kind not in _KINDS:
-        raise item.wrong(f"there is no fault {kind!r}; there are {', '.join(_KINDS)}")
+        raise item.wrong(f"there is no fault {kind!r:.80}; there are {', '.join(_KINDS)}")
     item = item.called(f"fault {number} ({kind})")
     keys, read = _KINDS[kind]
     # Whether a battery is empty is a matter of its charge.
@@ -208,7 +208,7 @@ def _pose(value: FaultValue, waypoints: Waypoints) -> Pose:
     try:
         waypoint = waypoints.find(str(parse_term(value.text())))
     except TermError as err:
-        raise value.wrong(f"{value.value!r} is no waypoint: {err}") from err
+        raise value.wrong(f"{value.value!r:.80} is no waypoint: {err}") from err
     except WaypointError as err:
         raise value.wrong(err) from err
     return Pose(waypoint.x, waypoint.y, waypoint.theta)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import yaml
 
-from rosoclingo_interfaces.navigation import strict_yaml
+from rosclingo import strict_yaml
 from rosoclingo_simulator.errors import FaultError
 
 _Step = Union[str, int]
@@ -31,7 +32,7 @@ class FaultSource:
         """Returns the file, and the line of the value to which keys and indices lead."""
         if self.text is None:
             return self.name
-        node = yaml.compose(self.text, yaml.SafeLoader)
+        node = _composed(self.text)
         line = 0
         for step in path:
             found = _child(node, step)
@@ -40,6 +41,11 @@ class FaultSource:
             key, node = found
             line = key.start_mark.line
         return f"{self.name}, line {line + 1}"
+
+
+@functools.lru_cache(maxsize=1)  # each fault has its place
+def _composed(text: str) -> Any:
+    return strict_yaml.compose(text)
 
 
 def _child(node: Any, step: _Step) -> Optional[Tuple[Any, Any]]:
@@ -78,7 +84,9 @@ class FaultValue:
     def wrong(self, reason: object) -> FaultError:
         """Returns the error that says why the value is wrong."""
         key = self.path[-1] if self.path and isinstance(self.path[-1], str) else ""
-        return FaultError(f"{self.where}: {key}: {reason}" if key else f"{self.where}: {reason}")
+        return FaultError(
+            f"{self.where}: {key:.80}: {reason}" if key else f"{self.where}: {reason}"
+        )
 
     def entries(self, *known: str) -> Dict[str, FaultValue]:
         """Returns the entries of a mapping that has these keys, or some of them."""
@@ -88,7 +96,7 @@ class FaultValue:
             if key not in known:
                 wrong = self._child(str(key), None)
                 raise FaultError(
-                    f"{wrong.where}: there is no entry {key!r}; there are {', '.join(known)}"
+                    f"{wrong.where}: there is no entry {key!r:.80}; there are {', '.join(known)}"
                 )
         return {key: self._child(key, value) for key, value in self.value.items()}
 
@@ -123,7 +131,7 @@ class FaultValue:
         """Returns an integer from some number on."""
         number = self.number(least)
         if not number.is_integer():
-            raise self.wrong(f"expected an integer, not {self.value!r}")
+            raise self.wrong(f"expected an integer, not {self.value!r:.80}")
         return int(number)
 
     def flag(self) -> bool:

@@ -12,8 +12,11 @@ import yaml
 from PIL import Image, UnidentifiedImageError
 from scipy.ndimage import distance_transform_edt
 
+from rosclingo import strict_yaml
+from rosclingo.errors import shorten
 from rosoclingo_simulator.errors import MapError
 from rosoclingo_simulator.physics.grid import CellGrid
+from rosoclingo_simulator.world.description import MOST_CELLS
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
@@ -92,7 +95,7 @@ def read_map(file: Path) -> OccupancyMap:
     values = _read_yaml(file)
     picture = values.get("image")
     if not isinstance(picture, str):
-        raise MapError(f"{file}: image: expected the name of a picture: {picture}")
+        raise MapError(f"{file}: image: expected the name of a picture: {picture!s:.80}")
     resolution = _number(file, values, "resolution")
     if resolution <= 0:
         raise MapError(f"{file}: resolution: expected metres per pixel: {resolution}")
@@ -104,13 +107,13 @@ def read_map(file: Path) -> OccupancyMap:
         )
     negate = values.get("negate", 0)
     if negate not in (0, 1):
-        raise MapError(f"{file}: negate: expected 0 or 1: {negate}")
+        raise MapError(f"{file}: negate: expected 0 or 1: {negate!s:.80}")
     mode = values.get("mode", "trinary")
     if mode != "trinary":
-        raise MapError(f"{file}: mode: expected trinary: {mode}")
+        raise MapError(f"{file}: mode: expected trinary: {mode!s:.80}")
     origin = values.get("origin")
     if not (isinstance(origin, list) and len(origin) == 3 and all(map(_is_number, origin))):
-        raise MapError(f"{file}: origin: expected [x, y, yaw]: {origin}")
+        raise MapError(f"{file}: origin: expected [x, y, yaw]: {origin!s:.80}")
     if origin[2] != 0:
         raise MapError(f"{file}: origin: expected a yaw of 0: {origin[2]}")
     grey = _read_picture(file.parent / picture)
@@ -123,7 +126,7 @@ def read_map(file: Path) -> OccupancyMap:
 
 def _read_yaml(file: Path) -> Dict[str, Any]:
     try:
-        values = yaml.safe_load(file.read_text(encoding="utf-8"))
+        values = strict_yaml.load(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as err:
         raise MapError(f"cannot read the map {file}: {err}") from err
     except yaml.YAMLError as err:
@@ -137,14 +140,18 @@ def _read_picture(file: Path) -> np.ndarray:
     """Returns how bright the pixels are, from 0 to 1."""
     try:
         with Image.open(file) as picture:
-            _check_length(file, picture.width * picture.height)
+            pixels = picture.width * picture.height
+            if pixels > MOST_CELLS:
+                raise ValueError(f"{pixels} pixels are too many, there can be {MOST_CELLS}")
+            _check_length(file, pixels)
             if picture.mode.startswith("I"):  # 16 bits, which Pillow does not scale
                 return np.asarray(picture, np.float64) / 65535.0
             return np.asarray(picture.convert("L"), np.float64) / 255.0
     except UnidentifiedImageError as err:
         raise MapError(f"{file}: expected a picture such as a PGM file of kind P5 or P2") from err
-    except (OSError, ValueError, SyntaxError) as err:
-        raise MapError(f"cannot read the picture {file}: {err}") from err
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as err:
+        text = shorten(str(err), 500)
+        raise MapError(f"cannot read the picture {shorten(str(file), 1000)}: {text}") from err
 
 
 def _check_length(file: Path, pixels: int) -> None:
@@ -157,7 +164,7 @@ def _check_length(file: Path, pixels: int) -> None:
 def _number(file: Path, values: Dict[str, Any], key: str) -> float:
     value = values.get(key)
     if not _is_number(value):
-        raise MapError(f"{file}: {key}: expected a number: {value}")
+        raise MapError(f"{file}: {key}: expected a number: {value!s:.80}")
     return float(value)  # type: ignore[arg-type]  # it is a number
 
 

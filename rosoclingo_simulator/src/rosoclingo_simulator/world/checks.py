@@ -6,7 +6,7 @@ import itertools
 from typing import Iterable, Tuple
 
 from rosoclingo_simulator.errors import WorldError
-from rosoclingo_simulator.world.description import Area, World, WorldWaypoint
+from rosoclingo_simulator.world.description import MOST_CELLS, Area, World, WorldWaypoint
 from rosoclingo_simulator.world.geometry import Grid, distance
 
 _NEARLY = 1e-6  # m; what numbers such as 0.1 + 0.2 may be off
@@ -41,6 +41,12 @@ def _check_names(world: World) -> None:
 
 def _check_grid(world: World) -> None:
     unit = world.resolution
+    width, height = (length / unit for length in world.floor.size)
+    if width * height > MOST_CELLS:
+        raise WorldError(
+            f"floor: {world.floor} has more than {MOST_CELLS} cells of {unit:g} m; correct it, or "
+            "resolution"
+        )
     _on_grid("floor", world.floor.size, unit)
     _on_grid("walls: thickness", (world.thickness,), unit)
     for room in world.rooms:
@@ -55,7 +61,8 @@ def _check_grid(world: World) -> None:
 
 def _on_grid(where: str, lengths: Iterable[float], unit: float) -> None:
     for length in lengths:
-        if abs(length / unit - round(length / unit)) > _NEARLY:
+        count = length / unit
+        if not abs(count) < MOST_CELLS or abs(count - round(count)) > _NEARLY:
             raise WorldError(f"{where}: {length:g} is no multiple of {unit:g} m; round it")
 
 

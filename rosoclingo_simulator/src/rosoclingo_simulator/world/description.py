@@ -9,6 +9,9 @@ from typing import Mapping, Tuple
 WORLD_KINDS = ("open", "corridor", "office")
 """What a waypoint or a room can be."""
 
+MOST_CELLS = 20_000_000
+"""Cells of a map, which take seconds to read; a floor of 220 m square has as many of 5 cm."""
+
 DEFAULT_FILES = {
     "instance": "{name}.lp",
     "waypoints": "{name}_waypoints.yaml",

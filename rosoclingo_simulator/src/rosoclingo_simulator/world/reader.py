@@ -9,7 +9,8 @@ from typing import Any, Dict, List, Mapping, Optional, Tuple
 
 import yaml
 
-from rosoclingo_interfaces.navigation import strict_yaml
+from rosclingo import strict_yaml
+from rosclingo.errors import shorten
 from rosoclingo_simulator.errors import WorldError
 from rosoclingo_simulator.world.checks import check
 from rosoclingo_simulator.world.description import (
@@ -42,7 +43,7 @@ def read_world(path: Path) -> World:
     except yaml.YAMLError as err:
         raise WorldError(f"{path} is not YAML: {err}") from err
     except WorldError as err:
-        raise WorldError(f"{path}: {err}") from err
+        raise WorldError(f"{path}: {shorten(str(err), 1000)}") from err
 
 
 def _world(path: Path) -> World:

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import re
 
+from rosclingo.solver.terms import quote
+
 _BLANKS = re.compile(r'("(?:\\.|[^"\\])*")|\s+')  # and strings, in which they count
 
 
@@ -36,13 +38,27 @@ class ActionPattern:
         outside = _BLANKS.sub("", self.text)
         if not self.text or outside.count("(") != outside.count(")"):
             raise ValueError(
-                f"{text!r} is no pattern of actions such as deliver(*): its brackets are not in "
-                "pairs; a pattern with blanks is one of a list"
+                f"{quote(text)} is no pattern of actions such as deliver(*): its brackets are not "
+                "in pairs; a pattern with blanks is one of a list"
             )
-        any_text = ".*".join(re.escape(part) for part in self.text.split("*"))
-        self._expression = re.compile(any_text, re.DOTALL)
+        self._begin, *self._parts = self.text.split("*")
 
     def fits(self, actuator: str, action: str) -> bool:
         """Returns whether an action is among those that are meant."""
         texts = (action, f"do({actuator},{action})")
-        return any(self._expression.fullmatch(text) for text in texts)
+        return any(map(self._matches, texts))
+
+    def _matches(self, text: str) -> bool:
+        # No regular expression, which takes for ever for many ``*`` and a text that does not fit.
+        if not self._parts:
+            return text == self._begin
+        *parts, end = self._parts
+        if not text.startswith(self._begin):
+            return False
+        place = len(self._begin)
+        for part in parts:
+            place = text.find(part, place)
+            if place < 0:
+                return False
+            place += len(part)
+        return text.endswith(end) and len(text) - len(end) >= place

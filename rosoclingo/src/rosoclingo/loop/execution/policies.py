@@ -13,11 +13,11 @@ ValueError: go(*): retries has to be an integer from 0 on, and is -1
 
 from __future__ import annotations
 
-import math
+import sys
 from dataclasses import dataclass, fields
 from typing import Any, Callable, List, Mapping, Tuple
 
-from rosclingo.errors import TermError
+from rosclingo.errors import TermError, shorten
 from rosoclingo.loop.execution.patterns import ActionPattern
 from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.words import BUSY
@@ -51,6 +51,7 @@ class ActionPolicy:
         return bool(self.timeout or self.factor)
 
 
+_MOST = sys.float_info.max
 _DEFAULT = ActionPolicy()
 
 
@@ -81,7 +82,7 @@ class ActionPolicies:
 
 
 def _seconds(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < math.inf:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= _MOST:
         raise ValueError("a number from 0 on")
     return float(value)
 
@@ -115,14 +116,15 @@ _READERS: Mapping[str, Callable[[object], object]] = {
 
 def _read(text: str, given: object) -> ActionPolicy:
     names = [one.name for one in fields(ActionPolicy)]
+    shown = shorten(text)
     if not isinstance(given, Mapping):
-        raise ValueError(f"{text}: expected some of {', '.join(names)}, and not {given!r}")
+        raise ValueError(f"{shown}: expected some of {', '.join(names)}, and not {given!r:.80}")
     read: Any = {}
     for name, value in given.items():
         if name not in _READERS:
-            raise ValueError(f"{text}: there is no {name}, but {', '.join(names)}")
+            raise ValueError(f"{shown}: there is no {name!s:.80}, but {', '.join(names)}")
         try:
             read[name] = _READERS[name](value)
         except ValueError as err:
-            raise ValueError(f"{text}: {name} has to be {err}, and is {value!r}") from err
+            raise ValueError(f"{shown}: {name} has to be {err}, and is {value!r:.80}") from err
     return ActionPolicy(**read)

@@ -1,0 +1,232 @@
+"""Doors for files of earlier processes: stores, rows of stores, and ledgers of interfaces."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import struct
+import tempfile
+from pathlib import Path
+from typing import Any, List, Sequence
+
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+
+from fuzzing import Door
+from rosclingo.solver.options import Options
+from rosoclingo.desk.parts import EXAMPLES, make_parts
+from rosoclingo.errors import StoreError
+from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.goals import Goal
+from rosoclingo.store.database import Database
+from rosoclingo.store.sqlite_store import SqliteStore
+from rosoclingo.store.store import Store
+from rosoclingo_interfaces.errors import LedgerError
+from rosoclingo_interfaces.ledger import _entries
+from rosoclingo_interfaces.store_file import load
+
+_LENGTH = struct.Struct("<I")
+_STARTED_WITH = {"planner": "line.lp"}
+_DECISIONS = 12  # of the loop, whose run is in the sample
+_PAGE = 4096
+
+
+class _Robot(Environment):
+    """Answers each action at once."""
+
+    def __init__(self, inbox: Inbox) -> None:
+        self._inbox = inbox
+
+    def publish(self, actuator: str, action: str) -> None:
+        self._inbox.put(MessageArrived(actuator, "success"))
+
+
+class FolderDoor(Door):
+    """A door for files, which are in a folder in memory."""
+
+    folder = Path()
+
+    def __enter__(self) -> Door:
+        memory = Path("/dev/shm")
+        self.folder = Path(tempfile.mkdtemp(dir=memory if memory.is_dir() else None))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        shutil.rmtree(self.folder)
+
+    def check(self, err: Exception) -> None:
+        """Checks that the file is named."""
+        assert str(self.folder) in str(err), str(err)
+
+
+def _run(file: Path) -> Store:
+    """Returns the store of a run that goes on."""
+    store = Store(file)
+    durability = SqliteStore(store, lambda: _STARTED_WITH)
+    parts = make_parts("dynamic.incremental.recording", Options((f"{EXAMPLES}/line.lp",)))
+    inbox = Inbox()
+    loop = parts.loop(inbox, _Robot(inbox), durability=durability)
+    durability.resume(loop.state, lambda _: Goal("a").client)
+    inbox.put(Goal("visit(2)", ("first",), "one"))
+    inbox.put(Goal("visit(7)", (), "three"))
+    loop.prepare()
+    for _ in range(_DECISIONS):
+        loop.step()
+    inbox.put(Goal("visit(1)", (), "two"))
+    inbox.put(MessageArrived("robot", "success"))
+    return store
+
+
+def _read(file: Path) -> None:
+    """Reads all of a store, as a node does that goes on, and writes to it."""
+    store = Store(file)
+    try:
+        goals = {key: Goal(one.request, (), key) for key, one in store.goals.items()}
+        _ = store.ended_goals, store.unsent, store.records, list(store.commands)
+        store.inputs(goals.get)
+        if store.snapshot is not None:
+            store.check(_STARTED_WITH)
+        store.begin(_STARTED_WITH)
+    finally:
+        store.close()
+
+
+class StoreDoor(FolderDoor):
+    """Files of stores, each with its log; an input has the length of the file before it."""
+
+    name = "stores"
+    errors = (StoreError,)
+    inputs = 200
+
+    def __init__(self) -> None:
+        self._samples: List[bytes] = []
+
+    def __enter__(self) -> Door:
+        super().__enter__()
+        file = self.folder / "a.store"
+        store = _run(file)
+        log = file.with_name("a.store-wal").read_bytes()
+        self._samples = [_LENGTH.pack(file.stat().st_size) + file.read_bytes() + log]
+        store.close()
+        self._samples.append(_LENGTH.pack(file.stat().st_size) + file.read_bytes())
+        self.words = [
+            self._samples[1][begin : begin + size]
+            for begin in range(_LENGTH.size, len(self._samples[1]), _PAGE)
+            for size in (100, _PAGE)
+        ]
+        return self
+
+    def valid(self) -> SearchStrategy[bytes]:
+        """Returns a store with a log, or one that was closed."""
+        return st.sampled_from(self._samples)
+
+    def read(self, data: bytes) -> None:
+        """Writes file and log, and reads them."""
+        for old in self.folder.iterdir():
+            old.unlink()
+        file = self.folder / "a.store"
+        length = _LENGTH.unpack(data[:4].ljust(4, b"\0"))[0]
+        body = data[_LENGTH.size :]
+        file.write_bytes(body[:length])
+        if body[length:]:
+            file.with_name("a.store-wal").write_bytes(body[length:])
+        _read(file)
+
+
+class RowDoor(FolderDoor):
+    """Rows of stores that are whole: another version has written them, or somebody who forges."""
+
+    name = "rows"
+    words = (
+        b"null", b"[]", b"{}", b'""', b"[[", b"]]", b"1e999", b"NaN", b'"\\ud800"', b"true", b"-1",
+        b'"pending"', b'"accepted"', b'["goal","one","visit(1)",[],0.0]', b"\\u0000", b'","',
+        b'","1',
+    )  # fmt: skip
+    errors = (StoreError,)
+    inputs = 200
+
+    def __init__(self) -> None:
+        self._sample: List[List[str]] = []
+
+    def __enter__(self) -> Door:
+        super().__enter__()
+        store = _run(self.folder / "a.store")
+        database: Any = store._database
+        self._sample = [
+            [part, key, value]
+            for part in database._known
+            for key, value in database.read(part).items()
+        ]
+        store.close()
+        return self
+
+    def valid(self) -> SearchStrategy[bytes]:
+        """Returns the rows of a run, of which some are damaged."""
+        return st.lists(
+            st.tuples(
+                st.integers(0, len(self._sample) - 1), st.integers(0, 2), st.text(max_size=4)
+            ),
+            max_size=3,
+        ).map(self._rows)
+
+    def _rows(self, changes: Sequence[Any]) -> bytes:
+        rows = [list(row) for row in self._sample]
+        for place, column, text in changes:
+            old = rows[place][column]
+            rows[place][column] = text + old[len(text) :] if len(text) % 2 else old[:-1] + text
+        return json.dumps(rows).encode()
+
+    def read(self, data: bytes) -> None:
+        """Stores the rows, if they are some, and reads the store."""
+        try:
+            rows = json.loads(data)
+            texts = [tuple(map(str, row)) for row in rows]
+            assert all(len(row) == 3 for row in texts)
+            "".join(sum(texts, ())).encode()
+        except (ValueError, TypeError, AssertionError, RecursionError) as err:
+            raise StoreError(f"{self.folder}: no rows") from err
+        for old in self.folder.iterdir():
+            old.unlink()
+        file = self.folder / "a.store"
+        with Database(file) as database, database.transaction() as changed:
+            for part, key, value in texts:
+                changed.put(part, key, value)
+        _read(file)
+
+
+class LedgerDoor(FolderDoor):
+    """The files in which interfaces keep what they have begun."""
+
+    name = "ledgers"
+    words = (
+        b"null", b"[]", b"{}", b'""', b"[[", b"1e999", b"NaN", b'"\\ud800"', b'"answer": 1',
+        b"true",
+        b'"number": "1"', b'"run"', b'"format": 2', b'"last": []', b'{"last": ', b"},", b"\\u0000",
+    )  # fmt: skip
+    errors = (LedgerError,)
+
+    def valid(self) -> SearchStrategy[bytes]:
+        """Returns ledgers with some entries."""
+        entry = st.fixed_dictionaries(
+            {
+                "run": st.sampled_from(["a", "0123"]), "number": st.integers(0, 2**32 - 1),
+                "action": st.sampled_from(["go(3)", "wave"]),
+                "answer": st.sampled_from([None, "success", "é"]),
+            }
+        )  # fmt: skip
+        entries = st.dictionaries(st.sampled_from(["robot", "arm"]), entry)
+        return entries.map(lambda last: json.dumps({"format": 1, "last": last}).encode())
+
+    def read(self, data: bytes) -> None:
+        """Opens the file."""
+        file = self.folder / "a.json"
+        file.write_bytes(data)
+        for entry in load(file, "last", _entries, "is no store", "move it away").values():
+            assert isinstance(entry.action, str)
+
+
+def doors() -> List[Door]:
+    """Returns the doors."""
+    return [StoreDoor(), RowDoor(), LedgerDoor()]
