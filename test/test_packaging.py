@@ -55,8 +55,8 @@ def test_packages_of_one_build_belong_together() -> None:
 @pytest.mark.skipif(shutil.which("dpkg-query") is None, reason="there is no dpkg")
 @pytest.mark.skipif(Path("/opt/ros/noetic").exists(), reason="the names are those of Debian")
 @pytest.mark.parametrize("package", PACKAGES, ids=NAMES)
-def test_scripts_setup_installs_what_a_package_depends_on(package: Package) -> None:
-    """Directly, or because what it installs depends on that."""
+def test_setup_installs_what_a_package_depends_on(package: Package) -> None:
+    """With --test, for rviz: directly, or because what it installs depends on that."""
     source = source_of(package)
     names = bare(source.depends(NONE) + source.build_depends())
     ended = subprocess.run(
@@ -64,8 +64,7 @@ def test_scripts_setup_installs_what_a_package_depends_on(package: Package) -> N
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     there = {line.split()[0] for line in ended.stdout.splitlines() if line.endswith(" installed")}
-    # For one message and rviz there are tests alone, which need not be installed.
-    assert set(names) - there <= {"rviz", "python3-defusedxml"} | set(), ended.stderr
+    assert set(names) <= there, ended.stderr
 
 
 @pytest.mark.parametrize("package", PACKAGES, ids=NAMES)
