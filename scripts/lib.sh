@@ -66,6 +66,29 @@ apt_packages_for_tests() {
   echo imagemagick xvfb
 }
 
+# Prints the apt packages that only scripts/package needs. Of what is for Python, the Debian packages take from apt what
+# is here; they bring along the rest.
+apt_packages_for_packages() {
+  echo debhelper dh-python dpkg-dev fakeroot lintian python3-all python3-catkin-pkg python3-setuptools python3-opengl
+}
+
+# Installs apt packages that are missing.
+install_with_apt() {
+  local package missing=() sudo=()
+  for package in "$@"; do
+    [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] ||
+      missing+=("$package")
+  done
+  [ ${#missing[@]} -gt 0 ] || return 0
+  say "installing with apt: ${missing[*]}"
+  [ "$(id -u)" = 0 ] || sudo=(sudo)
+  "${sudo[@]}" apt-get update -q
+  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -q -y --no-install-recommends "${missing[@]}" ||
+    fail "apt cannot install what is missing. On Ubuntu 20.04, add ROS Noetic's package source" \
+      "first, as ROS's installation page says; Debian 12 and 13 need no other source than their own."
+}
+
 # Builds the workspace. Further arguments go to catkin_make, such as the target install.
 build() {
   if [ -f /opt/ros/noetic/setup.bash ]; then

@@ -19,7 +19,10 @@ ROS = {  # but for rospkg, which looks for folders only
 
 # From the bottom up: each may import from those before it. Modules stand beside folders.
 FLOORS = {
-    "rosclingo": ["start", "free_file", "errors", "strict_yaml", "health", "wire", "solver", "ros"],
+    "rosclingo": [
+        "libraries", "start", "free_file", "errors", "strict_yaml", "health", "wire", "solver",
+        "ros",
+    ],
     "rosoclingo": [
         "errors", "launched", "downward", "seed",
         "loop.words", "loop.quality", "loop.journal", "loop.values", "loop.planner", "loop.inputs",

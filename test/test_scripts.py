@@ -27,7 +27,14 @@ ROOT = Path(__file__).resolve().parents[1]
         (("fuzz", "nowhere"), ["there is no door 'nowhere'", "control, assumptions"]),
         (("docs", "--help"), ["usage: scripts/docs [FOLDER | --check]"]),
         (("docs", str(ROOT / "docs")), ["/docs' has something else than a site"]),
-        (("in-chroot", "trixie"), ["usage: scripts/in-chroot SUITE COMMAND..."]),
+        (("in-chroot", "trixie"), ["usage: scripts/in-chroot [--keep FOLDER] SUITE COMMAND..."]),
+        (
+            ("in-chroot", "--keep", "/no/folder", "trixie", "true"),
+            ["'/no/folder'", "make it first"],
+        ),
+        (("package", "--help"), ["usage: scripts/package [--revision N] [FOLDER] | --check SUITE"]),
+        (("package", "--revision", "a"), ["--revision needs a number"]),
+        (("package", "--check", "sid"), ["--check needs one of the suites bookworm and trixie"]),
         (("in-chroot", "sarge", "true"), ["'sarge'", "bookworm, trixie, focal"]),
     ],
 )
@@ -182,5 +189,5 @@ def test_rosdep_installs_what_is_required() -> None:
     keys = yaml.safe_load((ROOT / "rosdep.yaml").read_text())
     rules = [rule for key in keys.values() for rule in key.values() if isinstance(rule, dict)]
     libraries = {name for rule in rules for name in rule["pip"]["packages"]}
-    assert libraries == {"clingo", "clingo-dl", "rosbags"}
+    assert libraries == {"clingo", "clingo-dl", "mujoco", "rosbags"}
     assert libraries <= set(required)

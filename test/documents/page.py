@@ -21,6 +21,8 @@ NOT_TYPED = {
     "scripts/test": "would run this test again",
     "FULL=1 scripts/test": "likewise",
     "scripts/in-chroot": "makes a system of another release",
+    "scripts/package": "builds for minutes, as root in bare systems",
+    "sudo apt-get install ./packages": "likewise",
     "scripts/docs": "builds the site anew, as scripts/test does",
     "scripts/soak": "builds anew; test_scripts.py sees what it types, test_soak.py types that",
     "scripts/fuzz": "takes minutes; test_fuzz.py gives each door some inputs",

@@ -3,3 +3,7 @@
 Folders, from the bottom up: :mod:`.wire`, :mod:`.solver` and :mod:`.ros`. Only the last needs ROS;
 everything else runs, and is tested, without it.
 """
+
+from rosclingo.libraries import add_private_libraries
+
+add_private_libraries()

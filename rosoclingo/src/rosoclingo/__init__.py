@@ -7,3 +7,5 @@ plans in one process, with :mod:`.profile` and pictures by :mod:`.drawing`; :mod
 encodings; :mod:`.pddl` imports tasks; :mod:`.scaffold` writes a package. A user adds commands to
 :mod:`.commands`. Only :mod:`.ros` needs ROS, and in :mod:`.bags` recording and replay.
 """
+
+import rosclingo  # noqa: F401 (finds the libraries that our Debian packages bring along)

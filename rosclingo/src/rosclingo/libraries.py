@@ -1,0 +1,28 @@
+"""Private libraries: what the Debian packages bring along is found by our code, and by no other.
+
+The packages install libraries that apt lacks, such as clingo, in ``lib/rosclingo/site-packages``
+below their prefix, where no interpreter looks. Whoever imports ``rosclingo``, or another of our
+packages, can import them from then on. In a workspace there is no such folder, and nothing happens.
+"""
+
+import os
+import sys
+
+__all__ = ["add_private_libraries"]
+
+
+def add_private_libraries(module: str = __file__) -> None:
+    """Puts the private folder on ``sys.path``, if there is one, before all installed libraries.
+
+    It comes right after the folder of the script, so that neither an older version of apt's nor one
+    that the user has installed is taken for ours.
+
+    Args:
+        module: A module in the folder ``rosclingo`` of ``lib/python3/dist-packages``.
+    """
+    prefix = os.path.abspath(module)
+    for _ in ("module", "rosclingo", "dist-packages", "python3"):
+        prefix = os.path.dirname(prefix)
+    folder = os.path.join(prefix, "rosclingo", "site-packages")
+    if folder not in sys.path and os.path.isdir(folder):
+        sys.path.insert(1, folder)
