@@ -16,6 +16,7 @@ from fuzzing import Door, fuzz, limits
 SEED = 1
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("name", DOORS)
 def test_a_door(name: str) -> None:
     with limits(), find_door(name) as door:
