@@ -283,6 +283,7 @@ REPLIES = st.builds(
 )
 
 
+@pytest.mark.costly
 @given(COMMANDS)
 def test_commands_come_back_as_they_were(commands: List[Command]) -> None:
     text = encode_commands(commands)

@@ -240,6 +240,7 @@ def test_what_is_learned_on_the_way_changes_the_plan(system: Make, mode: str) ->
     assert running.world.actions[-2:] == ["go(3)", "go(4)"]
 
 
+@pytest.mark.costly
 def test_reset_every_r_steps(system: Make) -> None:
     """Over 100 steps nothing is grounded beyond what one goal and r steps need."""
     running = system("dynamic.incremental.reset", "-c", "steps=12", "-c", "r=4").start()
@@ -251,6 +252,7 @@ def test_reset_every_r_steps(system: Make) -> None:
     assert max(running.loop.state.externals.grounded) <= 12
 
 
+@pytest.mark.costly
 def test_reset_after_each_goal(system: Make) -> None:
     running = system("dynamic.incremental.dyn_reset", "-c", "steps=6").start()
     targets = [3, 6, 2, 5, 1] * 10

@@ -406,6 +406,7 @@ def test_a_picture_with_many_bars_is_wide_enough_for_their_labels(
     assert len([text for text in texts(file) if text.startswith("go(")]) == 29
 
 
+@pytest.mark.costly
 def test_a_picture_of_a_run(plan: Any, tmp_path: Path) -> None:
     file = tmp_path / "run.png"
     said = plan(LINE, "--goal", "visit(3)", "--simulate", "--json", "--picture", str(file))

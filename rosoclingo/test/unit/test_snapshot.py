@@ -160,6 +160,7 @@ def test_a_mode(mode: str, encoding: str, seed: int) -> None:
     check(mode, encoding, seed)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("encoding", SINGLE_ENCODINGS)
 def test_one_node(encoding: str, seed: int) -> None:

@@ -550,6 +550,7 @@ def test_a_store_that_is_cut(damaged: Tuple[Path, Set[int], List[Path]]) -> None
     assert all(results.values())
 
 
+@pytest.mark.costly
 def test_a_store_with_old_pages(damaged: Tuple[Path, Set[int], List[Path]]) -> None:
     file, seals, copies = damaged
     torn, chance = file.with_name("torn.store"), Random(0)
@@ -573,6 +574,7 @@ def test_a_store_with_old_pages(damaged: Tuple[Path, Set[int], List[Path]]) -> N
 # How much is written.
 
 
+@pytest.mark.costly
 def test_writes_and_size(tmp_path: Path) -> None:
     """At most two durable writes a step; of what a run has done, only the journal is kept."""
     rows, writes, steps = [], [], []
@@ -702,6 +704,7 @@ def test_who_waits_for_an_action_has_it_first(
     store.close()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])
 def test_a_static_plan_is_there_again(tmp_path: Path, mode: str) -> None:
     """Whenever the process dies, who comes late hears the same plan."""

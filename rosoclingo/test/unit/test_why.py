@@ -462,6 +462,7 @@ SLOWLY = """
 """
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("dialect", [Dialect2, None])
 def test_a_rule_is_named_where_no_fact_is_the_reason(dialect: Any, tmp_path: Path) -> None:
     """Cell 6 is 5 moves away; and so for a copy that begins anew for each set of facts."""
@@ -707,6 +708,7 @@ class Hurried:
         return self._case.ask(facts)
 
 
+@pytest.mark.costly
 def test_what_is_found_in_part_suffices() -> None:
     """There is time for some questions to the copy only."""
     told = [f"event(info,{what}({cell}),0)" for what in ("open", "close") for cell in range(2, 7)]

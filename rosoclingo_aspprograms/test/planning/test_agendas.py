@@ -171,6 +171,7 @@ def test_an_agenda_with_orders_is_not_restricted(tmp_path: Path) -> None:
     assert actions.index("deliver(21)") < actions.index("pickup(1)")
 
 
+@pytest.mark.costly
 def test_what_an_encoding_demands_is_found_among_all_agendas(tmp_path: Path) -> None:
     """Task 1 costs much after task 20, so it may not follow at first; also if that is cut off."""
     rules = """

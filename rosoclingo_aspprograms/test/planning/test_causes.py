@@ -82,6 +82,7 @@ def test_clients_are_told_where_a_robot_was_carried_and_first_of_all_that_it_nee
     assert said[-1] == "probably the wheels of mailbot are stuck"
 
 
+@pytest.mark.costly
 def test_a_way_that_is_seen_to_be_blocked_is_left() -> None:
     robot = bring(DYN_RESET, FAILURE, ["at(mailbot,open1)", "blocked(c1,open1)"])
     assert robot.done[:3] == ["go(c1)", "look", "go(c6)"]
@@ -91,6 +92,7 @@ def test_a_way_that_is_seen_to_be_blocked_is_left() -> None:
     )
 
 
+@pytest.mark.costly
 def test_a_robot_that_was_carried_elsewhere_goes_on_from_there() -> None:
     robot = bring(SINGLE, FAILURE, ["at(mailbot,c5)"])
     assert robot.done[:3] == ["go(c1)", "look", "go(c6)"]
@@ -100,6 +102,7 @@ def test_a_robot_that_was_carried_elsewhere_goes_on_from_there() -> None:
 FREE = ["at(mailbot,open1)", "unblocked(c1,open1)", "unblocked(c6,open1)"]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", MODES)
 def test_wheels_that_are_stuck_until_somebody_comes(mode: str) -> None:
     """It tries another way, does nothing more then, and no way counts as blocked."""
@@ -114,6 +117,7 @@ def test_wheels_that_are_stuck_until_somebody_comes(mode: str) -> None:
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 def test_an_obstacle_that_is_not_seen_is_passed_by() -> None:
     """The wheels are believed to be stuck, until the robot gets somewhere else."""
     robot = bring(RECORDING, FAILURE, FREE, FAILURE, FREE)
@@ -121,6 +125,7 @@ def test_an_obstacle_that_is_not_seen_is_passed_by() -> None:
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 def test_a_robot_is_lost_no_longer_than_that_is_believed() -> None:
     """It was believed to be stuck, and then people say that ways are blocked."""
     robot = bring(RECORDING, FAILURE, FREE, FAILURE, FREE, FAILURE, FREE, FAILURE, FREE, FAILURE)
@@ -144,12 +149,14 @@ def test_a_package_that_is_gone_holds_up_no_other() -> None:
     assert goals[1].words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 def test_without_looks_it_tries_again_and_then_goes_round() -> None:
     robot = bring(RECORDING, FAILURE, FAILURE, options=["-c", "looks=0"])
     assert robot.done[:3] == ["go(c1)", "go(c1)", "go(c6)"]
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 def test_a_belief_is_taken_back_when_something_speaks_against_it() -> None:
     robot = bring(RECORDING, FAILURE, FAILURE, options=["-c", "looks=0"])
     assert robot.shown("belief")[:1] == ["belief(1,4,blocked(c1,open1,1))"]
@@ -181,12 +188,14 @@ def test_faults_in_the_office() -> None:
     assert blocks["with"] <= blocks["without"]
 
 
+@pytest.mark.costly
 def test_an_office_with_a_fault_is_one() -> None:
     """Each kind of fault happens in some episode."""
     kinds = {fault.kind for seed in range(20) for fault in FaultyOffice(CAUSES, seed).faults}
     assert kinds == {"passing", "blocked", "stuck", "carried", "slipped", "gone"}
 
 
+@pytest.mark.costly
 def test_a_gripper_that_is_broken_aborts_no_goal() -> None:
     """The package was seen to be there, and somebody mends the gripper."""
     there = ["at(mailbot,o1)", "there(1)"]
@@ -214,6 +223,7 @@ def test_a_package_on_a_robot_is_not_gone() -> None:
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 def test_a_fleet_in_seconds() -> None:
     """The first robot is stuck at once, and the second one makes both deliveries."""
     instances = [str(Path(OFFICE).parent / f"{name}.lp") for name in ("fleet_2", "lengths")]

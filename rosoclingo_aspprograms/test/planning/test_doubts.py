@@ -140,6 +140,7 @@ def test_without_mistakes_nothing_is_said(tmp_path: Path) -> None:
     assert list(model.look(options, read_alphabet(options))) == []
 
 
+@pytest.mark.costly
 def test_an_action_on_a_condition(tmp_path: Path) -> None:
     """What is an action only after a cancel is none before, and that is no mistake."""
     drop = "action(R,drop(ID),k) :-"
@@ -155,6 +156,7 @@ def test_an_action_on_a_condition(tmp_path: Path) -> None:
     assert "nothing makes thing(1) b" in Explainer(options, told, seconds=20).goal("1").text
 
 
+@pytest.mark.costly
 def test_facts_have_words(tmp_path: Path) -> None:
     """The library says what a variable is; the encoding may say it better."""
     options = write(tmp_path, "request(", "says(bell(X),bell,X) :- X = (works;off).\nrequest(")
@@ -178,6 +180,7 @@ def test_facts_have_words(tmp_path: Path) -> None:
     assert "because the bell is broken." in text
 
 
+@pytest.mark.costly
 def test_a_name_of_the_librarys_own(tmp_path: Path) -> None:
     """A predicate that a library has for itself is not to be derived by others."""
     options = write(

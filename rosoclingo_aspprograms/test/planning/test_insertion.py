@@ -140,6 +140,7 @@ def test_a_fleets_first_plan_is_constructed_and_then_improved(tmp_path: Path) ->
     assert steps[1] <= steps[0]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("requests", "robots", "rules", "patience"),
     [
@@ -162,6 +163,7 @@ def test_an_agenda_is_searched_for(
     assert office.cost
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("robots", [1, 4])
 def test_news_change_a_long_plan_only_where_needed(robots: int, tmp_path: Path) -> None:
     """A request is inserted, and one that is canceled is left out; all others stay as they are."""
@@ -333,6 +335,7 @@ def test_an_input_leaves_a_better_plan_to_the_next_search(tmp_path: Path) -> Non
     assert len(served(plan)) == 21
 
 
+@pytest.mark.costly
 def test_a_search_that_is_relaxed_is_in_a_replay(tmp_path: Path) -> None:
     """Its outcome is recorded, too, so that a replay's searches have the same numbers."""
     noted: List[Tuple[int, SearchEnded]] = []

@@ -252,6 +252,7 @@ def test_a_plan_for_ten_plants_is_proven_best(tmp_path: Path) -> None:
     Garden(1, 10, 3, tmp_path).plan()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("full", [3, 5])
 def test_there_is_a_plan_for_fifty_plants(full: int, tmp_path: Path) -> None:
     Garden(1, 50, full, tmp_path, seconds=0.01).plan()

@@ -319,6 +319,7 @@ def test_a_wrong_request_is_rejected(mode: str) -> None:
     assert right.words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", SOME)
 def test_what_cannot_be_reached_waits_and_the_rest_is_served(mode: str) -> None:
     episode = _office(mode, slots=2)

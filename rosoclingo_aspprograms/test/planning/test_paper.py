@@ -79,6 +79,7 @@ def test_scenario_3() -> None:
     assert [goal.words[-1] for goal in goals] == ["succeeded", "succeeded"]
 
 
+@pytest.mark.costly
 def test_a_package_on_the_robot_goes_back() -> None:
     episode = _office()
     goal = episode.request("bring(o1,o3)")
@@ -96,6 +97,7 @@ def test_a_package_on_the_robot_goes_back() -> None:
     assert goal.words == ["accepted", "canceled"]
 
 
+@pytest.mark.costly
 def test_a_package_that_is_not_picked_up_stays() -> None:
     episode = _office()
     goals = [episode.request("bring(o1,o3)")]
@@ -114,6 +116,7 @@ def test_a_package_that_is_not_picked_up_stays() -> None:
     assert [goal.words[-1] for goal in goals] == ["canceled", "succeeded"]
 
 
+@pytest.mark.costly
 def test_failures() -> None:
     """A hand that fails tries again; a way that fails is gone round until it is free."""
     episode = _office()
@@ -137,6 +140,7 @@ def test_failures() -> None:
     assert goal.words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 def test_one_of_two_requests_for_the_same_package_is_cancelled() -> None:
     episode = _office()
     goals = [episode.request("bring(o1,o3)"), episode.request("bring(o1,o3)")]
@@ -154,6 +158,7 @@ def test_one_of_two_requests_for_the_same_package_is_cancelled() -> None:
     assert [goal.words[-1] for goal in goals] == ["canceled", "succeeded"]
 
 
+@pytest.mark.costly
 def test_a_package_on_its_way_back_is_requested_again() -> None:
     episode = _office()
     goals = [episode.request("bring(o1,o2)")]

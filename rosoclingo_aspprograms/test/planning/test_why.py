@@ -287,6 +287,7 @@ def test_a_failure_is_named_and_what_came_before_a_reset(mode: str) -> None:
     assert "c3" not in answer.text
 
 
+@pytest.mark.costly
 def test_a_way_blocked_before_a_reset_is_named() -> None:
     happens: Dict[int, Sequence[str]] = {
         0: ["goal:bring(o1,o3)"],
@@ -316,6 +317,7 @@ def test_where_the_robot_has_gone_is_named() -> None:
     assert [fact.content for fact in reason.given if fact.kind is FactKind.ACTION] == ["go(c1)"]
 
 
+@pytest.mark.costly
 def test_an_action_that_is_asked_about_may_be_impossible_or_planned() -> None:
     told = ("event(1,bring(o9,o14),0)", "event(info,blocked(open1,c6),0)")
     situation = Situation(told, last=60, goals=(("1", "bring(o9,o14)"),))
@@ -343,6 +345,7 @@ def test_an_action_that_is_asked_about_may_be_impossible_or_planned() -> None:
     assert later.longer == 2
 
 
+@pytest.mark.costly
 def test_a_refill_that_is_put_off() -> None:
     """A goal has ended before, and needs not end again."""
     garden = PACKAGE / "plants"

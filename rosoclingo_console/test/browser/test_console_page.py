@@ -85,6 +85,7 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     assert not browser.complaints()
 
 
+@pytest.mark.costly
 def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
     """Cancel, reject, filter, halt, and a recording."""
     shown.start_system("_ask_before:=go(3)")
@@ -140,6 +141,7 @@ def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
     assert not browser.complaints()
 
 
+@pytest.mark.costly
 def test_completion_and_the_form_by_keyboard(browser: Browser, shown: Shown) -> None:
     shown.start_system()
     shown.start_robot()
@@ -161,6 +163,7 @@ def test_completion_and_the_form_by_keyboard(browser: Browser, shown: Shown) -> 
     assert browser.driver.switch_to.active_element.get_attribute("id") == "request-text"
 
 
+@pytest.mark.costly
 def test_nothing_of_messages_runs(browser: Browser, shown: Shown) -> None:
     """Names with markup in what comes from outside are text."""
     node = shown.start_system()
@@ -189,6 +192,7 @@ def test_nothing_of_messages_runs(browser: Browser, shown: Shown) -> None:
     browser.sees("has ended", "#systems")
 
 
+@pytest.mark.costly
 def test_it_connects_again_and_says_what_is_stale(browser: Browser, shown: Shown) -> None:
     node = shown.start_system()
     browser.show(shown.start_console())
@@ -210,6 +214,7 @@ def test_it_connects_again_and_says_what_is_stale(browser: Browser, shown: Shown
     browser.sees("The run is paused", "#attention")
 
 
+@pytest.mark.costly
 def test_who_has_no_token_looks(browser: Browser, shown: Shown) -> None:
     shown.start_system()
     link, _, token = shown.start_console().partition("#")
@@ -224,6 +229,7 @@ def test_who_has_no_token_looks(browser: Browser, shown: Shown) -> None:
     browser.sees("The run is paused", "#attention")
 
 
+@pytest.mark.costly
 def test_a_recorded_run(browser: Browser, shown: Shown) -> None:
     """It is played, and shown as it was at any time; nothing of it can be changed."""
     browser.show(shown.start_bag(BAG))
@@ -244,6 +250,7 @@ def test_a_recorded_run(browser: Browser, shown: Shown) -> None:
     assert not browser.complaints()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("size", "scheme"), [(PHONE, "light"), (SCREEN, "dark")], ids=["phone", "screen"]
 )

@@ -50,6 +50,7 @@ def texts(browser: Browser, css: str) -> List[str]:
     return found
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("size", [PHONE, SCREEN], ids=["phone", "screen"])
 def test_bars_have_signs_and_words(browser: Browser, link: str, size: object) -> None:
     browser.show(link, size)
@@ -71,6 +72,7 @@ def test_bars_have_signs_and_words(browser: Browser, link: str, size: object) ->
     assert not browser.complaints()
 
 
+@pytest.mark.costly
 def test_it_zooms_and_tells(browser: Browser, link: str) -> None:
     browser.show(link)
     browser.sees(" to ", "#section")
@@ -99,6 +101,7 @@ def test_it_zooms_and_tells(browser: Browser, link: str) -> None:
     assert not browser.complaints()
 
 
+@pytest.mark.costly
 def test_its_policy_lets_nothing_else_run(browser: Browser, link: str) -> None:
     browser.show(link)
     browser.sees(" to ", "#section")

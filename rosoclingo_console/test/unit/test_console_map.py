@@ -36,6 +36,7 @@ def launched(*files: Path) -> Launched:
     return Launched.decode("/planner", said)
 
 
+@pytest.mark.costly
 def test_an_encoding_with_a_map() -> None:
     files = (ENCODINGS / "instances" / "graph_wg.lp", ENCODINGS / "mailbot.lp")
     known = read_encoding(launched(*files))

@@ -261,6 +261,7 @@ def test_the_picture_of_several(tmp_path: Path) -> None:
     assert all(f"<!-- {name} -->" in text for name in traces)
 
 
+@pytest.mark.costly
 def test_the_picture(tmp_path: Path) -> None:
     cells = np.zeros((60, 100), np.int8)
     cells[[0, -1]] = 100

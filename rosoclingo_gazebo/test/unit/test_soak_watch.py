@@ -379,6 +379,7 @@ def test_faults_are_yaml() -> None:
     assert yaml.safe_load(interface_faults(3))["fails"]["lasts"] == 15
 
 
+@pytest.mark.costly
 def test_the_page(run: Watched) -> None:
     run.deliver("g1")
     run.watch.wrong(run.seconds, "<b> & more")

@@ -428,6 +428,7 @@ def judge(folder: Path, after_crash: str, crashes: int) -> str:
     return f"{answer} {min(effects, 1)}"
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("after_crash", ["again", "fail", "unknown"])
 def test_killed_at_each_write(tmp_path: Path, after_crash: str) -> None:
     """Before each: that is after the one before, too, as nothing in between outlives it."""
@@ -450,6 +451,7 @@ def test_killed_at_each_write(tmp_path: Path, after_crash: str) -> None:
     )
 
 
+@pytest.mark.costly
 def test_killed_again_while_it_recovers(tmp_path: Path) -> None:
     """At each second write first, with FULL=1 at each."""
     pairs = 0

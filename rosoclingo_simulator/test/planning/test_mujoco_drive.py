@@ -87,6 +87,7 @@ def test_a_way(
     assert poses[-1].distance(PLACES[way[1]]) < TOLERANCE + 0.05
 
 
+@pytest.mark.costly
 def test_new_goals_while_the_robot_drives(
     start: Callable[[str], Simulation], office: OccupancyMap
 ) -> None:

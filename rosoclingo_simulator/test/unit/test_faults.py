@@ -425,6 +425,7 @@ def test_probabilities(per: str) -> None:
     assert len(scene.changes) / 300 == pytest.approx(wanted, abs=0.08)
 
 
+@pytest.mark.costly
 def test_a_seed_repeats_everything() -> None:
     def history(seed: int, *more: Dict[str, Any]) -> Tuple[object, ...]:
         scene = Scene(

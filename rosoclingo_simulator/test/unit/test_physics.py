@@ -149,6 +149,7 @@ ANYWHERE = st.tuples(
 ).filter(lambda place: gap(place[0], place[1], SOLID) > RADIUS + 0.01)
 
 
+@pytest.mark.costly
 @settings(
     max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
@@ -171,6 +172,7 @@ def test_the_laser_sees_walls_and_boxes(
         assert min(aside) - RESOLUTION / 10 <= found <= max(aside) + RESOLUTION / 10
 
 
+@pytest.mark.costly
 @settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

@@ -116,6 +116,7 @@ def test_the_robot_may_stand_where_it_stands() -> None:
     assert lengths(path)[-1] == 0
 
 
+@pytest.mark.costly
 def test_every_way_of_the_office_in_both_directions() -> None:
     planner = PathPlanner(read_map(PACKAGE / "maps" / "office.yaml"))
     places: List[Pose] = [

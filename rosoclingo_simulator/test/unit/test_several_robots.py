@@ -98,6 +98,7 @@ def test_no_box_is_put_onto_any_of_them() -> None:
 COMMAND = st.tuples(st.floats(-0.5, 0.5), st.floats(-1.5, 1.5))
 
 
+@pytest.mark.costly
 @settings(deadline=None, max_examples=60)
 @given(st.lists(st.lists(COMMAND, min_size=3, max_size=3), min_size=5, max_size=25))
 def test_careful_robots_never_touch(orders: List[List[Tuple[float, float]]]) -> None:
