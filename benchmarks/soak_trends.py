@@ -60,7 +60,7 @@ class Trend(NamedTuple):
 
     @property
     def is_exceeded(self) -> bool:
-        """Whether it rises by more than it may."""
+        """True if it rises by more than it may."""
         return self.limit > 0 and self.rise > self.limit
 
     def __str__(self) -> str:

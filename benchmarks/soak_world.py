@@ -98,18 +98,18 @@ class SoakWorld:
 
     @property
     def is_ready(self) -> bool:
-        """Whether all nodes are there, and time passes."""
+        """True if all nodes are there, and time passes."""
         self._look()
         return all(self._pids.values()) and rospy.Time.now().to_sec() > 0
 
     @property
     def is_unsettled(self) -> bool:
-        """Whether there are goals of which it is not known how they have ended."""
+        """True if there are goals of which it is not known how they have ended."""
         return bool(self._watch.check(self._now()))
 
     @property
     def has_boxes(self) -> bool:
-        """Whether there are boxes in ways, or ways that count as blocked."""
+        """True if there are boxes in ways, or ways that count as blocked."""
         return bool(self._boxes or self._watch.blocked)
 
     def begin(self) -> None:

@@ -116,7 +116,7 @@ class PddlDoor(Door):
 
 
 class AboutDoor(Door):
-    """What nodes say of their start, on the topic ``~about`` or in a bag."""
+    """The texts by which nodes say how they were started, on the topic ``~about`` or in a bag."""
 
     name = "about"
     words = (b"null", b"[]", b"{}", b'""', b"1e999", b"NaN", b'"\\ud800"', b'"files": ', b"true")

@@ -49,7 +49,7 @@ class LibraryError(Exception):
 
 @dataclass(frozen=True)
 class Libraries:
-    """What a package brings along.
+    """The libraries that a package brings along.
 
     Attributes:
         folder: Has the files, as a folder ``site-packages`` has them.

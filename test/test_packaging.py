@@ -69,7 +69,7 @@ def test_setup_installs_what_a_package_depends_on(package: Package) -> None:
 
 @pytest.mark.parametrize("package", PACKAGES, ids=NAMES)
 def test_names_of_noetic(package: Package) -> None:
-    """Those of ROS that scripts/setup installs there, or that its ros-base depends on."""
+    """They are those that scripts/setup installs there, or that ros-base depends on."""
     text = (ROOT / "scripts" / "lib.sh").read_text()
     source = source_of(package, System.NOETIC)
     names = bare(source.depends(NONE) + source.build_depends())
@@ -96,7 +96,7 @@ def test_keys_that_pip_installs_have_a_library() -> None:
 
 
 def test_what_bloom_needs() -> None:
-    """One version, and a line that says what each package is."""
+    """They have the same version, and each a line that says what it is."""
     assert len({package.version for package in PACKAGES}) == 1
     for package in PACKAGES:
         assert package.licenses == ["BSD-3-Clause"]

@@ -99,7 +99,7 @@ def test_a_name_says_the_part() -> None:
 
 
 def test_the_tests_of_a_file_take_turns() -> None:
-    """Those of two functions, too."""
+    """So do those of two functions."""
     found = list(parts(names("test_x", "test_a", "test_b", variants=NUMBER - 1)).values())
     assert sorted(found[:NUMBER]) == list(NUMBERS)
     assert found[NUMBER:] == found[: NUMBER - 2]
