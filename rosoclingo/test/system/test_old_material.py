@@ -182,7 +182,9 @@ def test_a_client_of_the_solver(terminals: Terminals) -> None:
     names = ("/rosclingo/control:=/solver/control", "rosclingo:=solver")
     client = terminals.run("python", str(OLD / "solver_client.py3"), *names)
     assert client.wait() == 0, client.output
-    assert client.output.splitlines() == [
+    # actionlib says so if the solver answers before send_goal has returned, and waits for the rest.
+    early = "Got a transition callback on a goal handle that we're not tracking"
+    assert [line for line in client.output.splitlines() if not line.endswith(early)] == [
         "success: True", "on(1) true", "on(2) false", "stats: True", "result: sat",
         "interrupted: False", "answerset: ['lit(1)']",
     ]  # fmt: skip

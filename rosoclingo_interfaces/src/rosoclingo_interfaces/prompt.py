@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import signal
 import sys
 import threading
@@ -51,6 +52,10 @@ class Prompt:
             self._typed: Callable[[], str] = readline.get_line_buffer
         for number in (signal.SIGINT, signal.SIGTERM, _WAKE):
             signal.signal(number, self._on_signal)
+        signals, to_watch = os.pipe()
+        os.set_blocking(to_watch, False)
+        signal.set_wakeup_fd(to_watch, warn_on_full_buffer=False)
+        threading.Thread(target=self._watch, args=(signals,), daemon=True).start()
 
     def lines(self) -> Iterator[str]:
         """Yields the lines without white space around them, until their end or a stop."""
@@ -147,10 +152,24 @@ class Prompt:
         called = (Prompt._complete.__code__, Prompt._list.__code__)
         while frame is not None and frame.f_code not in called:
             frame = frame.f_back
-        if frame is not None:  # readline has called it, and ignores what is raised there
-            threading.Timer(_POLL_SECONDS, _wake).start()
-        elif self._reading:
+        # What readline has called must not raise: it would be ignored. The next signal does.
+        if self._reading and frame is None:
             raise _StoppedError
+
+    def _watch(self, signals: int) -> None:
+        """Interrupts the main thread after each signal until it reads no longer.
+
+        A signal that comes when ``input`` has begun, and does not wait for a key yet, interrupts
+        nothing, and Python handles it only after the next key.
+
+        Args:
+            signals: The pipe to which Python writes each signal, before it handles it.
+        """
+        while os.read(signals, 1):
+            time.sleep(_POLL_SECONDS)
+            while self._reading or self.reason is None:
+                _wake()
+                time.sleep(_POLL_SECONDS)
 
 
 def _wake() -> None:
