@@ -14,6 +14,7 @@ from typing import Callable, Iterator, List, Optional, Sequence
 _POLL_SECONDS = 0.05  # how often a wait looks at its condition
 _MOST_WORDS = 200  # that TAB lists
 _WAKE = signal.SIGUSR1  # interrupts the reading of a line
+_HANDLED = (signal.SIGINT, signal.SIGTERM, _WAKE)
 
 
 class _StoppedError(Exception):
@@ -50,7 +51,7 @@ class Prompt:
             import readline  # noqa: PLC0415 (it may write to the terminal when imported)
 
             self._typed: Callable[[], str] = readline.get_line_buffer
-        for number in (signal.SIGINT, signal.SIGTERM, _WAKE):
+        for number in _HANDLED:
             signal.signal(number, self._on_signal)
         signals, to_watch = os.pipe()
         os.set_blocking(to_watch, False)
@@ -157,7 +158,7 @@ class Prompt:
             raise _StoppedError
 
     def _watch(self, signals: int) -> None:
-        """Interrupts the main thread after each signal until it reads no longer.
+        """Interrupts the main thread after each of our signals until it reads no longer.
 
         A signal that comes when ``input`` has begun, and does not wait for a key yet, interrupts
         nothing, and Python handles it only after the next key.
@@ -165,9 +166,10 @@ class Prompt:
         Args:
             signals: The pipe to which Python writes each signal, before it handles it.
         """
-        while os.read(signals, 1):
+        while True:
+            (number,) = os.read(signals, 1)
             time.sleep(_POLL_SECONDS)
-            while self._reading or self.reason is None:
+            while number in _HANDLED and (self._reading or self.reason is None):
                 _wake()
                 time.sleep(_POLL_SECONDS)
 

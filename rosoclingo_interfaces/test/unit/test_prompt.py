@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
+import time
+from pathlib import Path
 from typing import Iterator, List, Optional, Sequence
 
 import pytest
@@ -16,6 +19,7 @@ def prompt() -> Iterator[Prompt]:
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
     handlers = [signal.getsignal(number) for number in numbers]
     yield Prompt("> ")
+    signal.set_wakeup_fd(-1)
     for number, handler in zip(numbers, handlers):
         signal.signal(number, handler)
 
@@ -28,6 +32,34 @@ def test_nothing_is_printed_after_the_last_line(
     prompt.say("0 deliveries, 1 open", last=True)
     prompt.say("[1] step 1 of 6")
     assert capsys.readouterr().out == "[1] accepted\n0 deliveries, 1 open\n"
+
+
+def test_a_signal_that_interrupts_nothing(prompt: Prompt, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another thread gets Ctrl-C, so that the main thread goes on waiting for a line."""
+    reading, typing = os.pipe()
+    state = Path(f"/proc/self/task/{threading.get_native_id()}/stat")
+    is_over = threading.Event()
+
+    def interrupt() -> None:
+        while not (prompt._reading and state.read_text().rpartition(")")[2].split()[0] == "S"):
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGINT)
+        is_over.wait(60.0)  # no more than a bound, at which the lines end
+        os.close(typing)
+
+    other = threading.Thread(target=interrupt)
+    other.start()
+    with os.fdopen(reading) as stdin:
+        monkeypatch.setattr("sys.stdin", stdin)
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            assert list(prompt.lines()) == []
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    assert other.is_alive(), "the end of the lines came first"
+    is_over.set()
+    other.join()
+    assert prompt.interrupted
 
 
 def test_a_stop_while_a_word_is_completed(prompt: Prompt, monkeypatch: pytest.MonkeyPatch) -> None:
