@@ -46,7 +46,7 @@ class RequestDoor(Door):
         )
 
     def read(self, data: bytes) -> None:
-        """Reads the request, as the server does, and carries it out."""
+        """Reads the request, as the server does, and has no system carry it out."""
         kind, _, text = data.partition(b"\n")
         reader = READERS.get(kind.decode("latin-1"))
         if reader is None:

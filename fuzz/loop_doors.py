@@ -105,7 +105,7 @@ class LoopDoor(Door):
     def _run(self, loop: Loop) -> None:
         try:
             loop.run()
-        except BaseException as err:
+        except Exception as err:
             self.failure = err
 
     def busy(self) -> None:
