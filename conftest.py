@@ -1,8 +1,15 @@
-"""Skips the costly tests that are in another part than this run: see test/parts.py."""
+"""Skips the costly tests that are in another part than this run, and times searches in process.
+
+See test/parts.py.
+"""
 
 from __future__ import annotations
 
+import importlib
 import os
+import pkgutil
+import time
+from types import SimpleNamespace
 from typing import List, Set
 
 import pytest
@@ -35,3 +42,17 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skips those tests, from here, so that one line of the summary tells all of them."""
     if item.nodeid in left_out:
         pytest.skip(f"costly, and not in part {PART} of {NUMBER}: scripts/test --full runs all")
+
+
+@pytest.fixture(autouse=True)
+def _searches_have_processor_time(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Limits the searches of a planning test by processor time, which a busy machine has, too."""
+    if request.path.parent.name != "planning":
+        return
+    package = importlib.import_module("rosoclingo.loop.planner")
+    for found in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
+        module = importlib.import_module(found.name)
+        if hasattr(module, "time"):
+            monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=time.process_time))

@@ -3,8 +3,12 @@
 
 The planning node is told 1,000 unknown things in a second, each of which is in the journal.
 Meanwhile a robot answers, and the time until its next action is measured: without a listener, with
-record.py, with the console, and with twenty open pages of it, in turn. The pages give way to all
-other processes, since those of a user are on other machines.
+record.py, with the console, and with twenty open pages of it. The pages give way to all other
+processes, since those of a user are on other machines.
+
+Nodes differ from each other by as much as listeners do, and a node with more steps takes longer. So
+each node has all listeners in turn for some goals, and each listener is the first as often as
+another.
 
 Run by scripts/bench. Exit status 1 says that a limit is missed. ``--rounds N`` says how often each
 is measured.
@@ -13,6 +17,7 @@ is measured.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import queue
 import re
 import sys
@@ -20,7 +25,7 @@ import threading
 import time
 from functools import partial
 from pathlib import Path
-from typing import Callable, Dict, List
+from typing import Callable, Dict, Iterator, List, Sequence, Tuple
 
 from harness import HarnessError, Report, RosSystem, Row, Samples, measure, wait_for_node
 from rosclingo.ros.action_client import LowLatencyActionClient
@@ -34,9 +39,9 @@ NODE, LISTENER = "listened", "listener"
 RATE = 1000  # inputs in a second
 TICK_SECONDS = 0.01
 TARGETS = (6, 1)  # from one end of the line to the other: four reactions
-GOALS = 10
+GOALS = 4
 WORK_SECONDS = 0.02  # how long an action takes
-ROUNDS = 5
+ROUNDS = 16
 LIMIT = 1.1  # times the reaction without a listener
 PAGES = 20
 _TIMEOUT_SECONDS = 60.0
@@ -137,21 +142,30 @@ LISTENERS: Dict[str, Callable[[RosSystem, Path], None]] = {
 
 
 def react(
-    system: RosSystem, folder: Path, listen: Callable[[RosSystem, Path], None]
+    system: RosSystem, folder: Path, robot: Robot, listen: Callable[[RosSystem, Path], None]
 ) -> List[float]:
-    """Returns the reactions of a fresh node beside a listener."""
-    system.rosrun("rosoclingo", "run-1.0.py", "-f", str(PLANNER), name=NODE)
-    robot = Robot()
+    """Returns the robot's reactions beside a listener, which comes and goes."""
     listen(system, folder)
     try:
         return robot.reactions()
     finally:
-        robot.close()
-        for name in ("pages", LISTENER, NODE):
-            try:
+        for name in ("pages", LISTENER):
+            with contextlib.suppress(KeyError):  # it was not started
                 system.end(name)
-            except KeyError:  # it was not started
-                continue
+
+
+def measure_round(
+    system: RosSystem, folder: Path, names: Sequence[str]
+) -> Iterator[Tuple[str, List[float]]]:
+    """Yields the reactions of one planning node beside each listener."""
+    system.rosrun("rosoclingo", "run-1.0.py", "-f", str(PLANNER), name=NODE)
+    robot = Robot()
+    try:
+        for name in names:
+            yield name, react(system, folder, robot, LISTENERS[name])
+    finally:
+        robot.close()
+        system.end(NODE)
 
 
 def main() -> int:
@@ -162,9 +176,11 @@ def main() -> int:
 
     def run(system: RosSystem, folder: Path, report: Report) -> None:
         times: Dict[str, List[float]] = {name: [] for name in LISTENERS}
-        for _ in range(rounds):
-            for name, listen in LISTENERS.items():
-                times[name] += react(system, folder, listen)
+        names = list(LISTENERS)
+        for number in range(rounds):
+            first = number % len(names)  # each is first, and last, as often as the others
+            for name, found in measure_round(system, folder, names[first:] + names[:first]):
+                times[name] += found
         alone = Samples("ms", tuple(times["nobody"]))
         for name, values in times.items():
             samples = Samples("ms", tuple(values))

@@ -103,6 +103,7 @@ def quiet(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(LowLatencyActionServer, "_repeat_statuses", lambda *_: None)
 
 
+@pytest.mark.costly
 def test_the_status_list_is_short(topics: object, monkeypatch: pytest.MonkeyPatch) -> None:
     quiet(monkeypatch)
     monkeypatch.setattr(action_server, "_ENDED_SECONDS", 0.0)

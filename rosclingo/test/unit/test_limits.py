@@ -59,6 +59,7 @@ REAL = [
 ]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("text", "reason"), TOO_LARGE)
 def test_a_statement_that_is_too_large(text: str, reason: str) -> None:
     engine = Engine(Options())
@@ -70,6 +71,7 @@ def test_a_statement_that_is_too_large(text: str, reason: str) -> None:
     assert engine.run([Add("base", (), "fine."), Ground((Part("base"),))]).failure is None
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("text", REAL)
 def test_what_a_real_program_may_have(text: str) -> None:
     assert Engine(Options()).run([Add("base", (), text)]).failure is None

@@ -58,6 +58,7 @@ def test_not_plain(text: str) -> None:
     assert not is_plain(text)
 
 
+@pytest.mark.costly
 @given(GROUND)
 def test_a_term_of_clingo(term: clingo.Symbol) -> None:
     is_function = term.type is clingo.SymbolType.Function
@@ -68,6 +69,7 @@ def test_a_term_of_clingo(term: clingo.Symbol) -> None:
     assert number(str(term)) == (term.number if is_number else None)
 
 
+@pytest.mark.costly
 @given(st.lists(GROUND, max_size=4), st.sampled_from([",", ", "]))
 def test_a_list_of_terms(terms: List[clingo.Symbol], comma: str) -> None:
     texts = [str(term) for term in terms]

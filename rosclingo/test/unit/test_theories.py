@@ -207,6 +207,7 @@ LIMITS = st.dictionaries(
 )
 
 
+@pytest.mark.costly
 @given(LIMITS)
 def test_values_satisfy_what_can_be_satisfied(limits: Dict[Tuple[int, int], int]) -> None:
     engine = Engine(Options(theory="dl"))

@@ -298,6 +298,7 @@ def test_assumptions_come_back_as_they_were(assumptions: List[Assumption]) -> No
     assert decode_assumptions(text.encode()) == tuple(assumptions)
 
 
+@pytest.mark.costly
 @given(REPLIES)
 def test_replies_come_back_as_they_were(reply: Reply) -> None:
     text = encode_reply(reply)

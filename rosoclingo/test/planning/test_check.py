@@ -125,6 +125,7 @@ def test_what_is_read(name: str) -> None:
     assert static.look(options, detect(options), alphabet) == []
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("check", "inputs", "others"),
     [

@@ -181,6 +181,7 @@ def test_other_answers_that_are_none(tmp_path: Path) -> None:
     assert reply.text.startswith("internal error: ")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("dialect", [Dialect1, PaperDialect])
 def test_the_other_dialects(dialect: Any) -> None:
     name = "line_1.0" if dialect is Dialect1 else "line_paper"
@@ -206,6 +207,7 @@ def test_up_to_which_step_is_planned() -> None:
     assert last(None, 20) == (40, False)
 
 
+@pytest.mark.costly
 def test_the_horizon_is_the_reason_only_if_it_is_the_last_one() -> None:
     for limit, text in (
         (3, "up to step 3, the last one that may be planned for. That is the only reason"),
@@ -394,6 +396,7 @@ def test_it_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:
         wait_for(lambda: not is_there(pid))
 
 
+@pytest.mark.costly
 def test_no_plan_is_a_structure() -> None:
     reply = read_reply(answer(pickle.dumps(task())))
     found = decode(WhyNoPlan, reply.structure)

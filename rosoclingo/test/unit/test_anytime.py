@@ -169,6 +169,7 @@ def test_an_input_ends_the_search() -> None:
     assert [goal.words[-1] for goal in run.goals] == ["succeeded"] * 6
 
 
+@pytest.mark.costly
 def test_who_does_not_answer_is_seen_in_the_search() -> None:
     def wait(run: DeskSimulation) -> None:
         run.clock += 100.0

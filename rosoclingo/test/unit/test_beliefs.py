@@ -118,6 +118,7 @@ def test_since_when() -> None:
     assert keeper.since == {"passing": 17.0}
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", [RECORDING, DYN_RESET])
 def test_beliefs_of_a_run(mode: str, square: str) -> None:
     run = Square(square, mode)
@@ -141,6 +142,7 @@ def test_beliefs_of_a_run(mode: str, square: str) -> None:
     assert mode == DYN_RESET or known.steps.get(FAILED, steps[0]) == steps[0] == 3
 
 
+@pytest.mark.costly
 def test_the_story_tells_what_is_believed_when_that_is_another_cause(square: str) -> None:
     run = Square(square)
     run.request(REQUEST)

@@ -136,6 +136,7 @@ def write(tmp_path: Path) -> Callable[[str], Sequence[str]]:
 # Nobody waits.
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", [*DYNAMIC, SINGLE])
 def test_ten_short_actions_beside_a_long_one(mode: str) -> None:
     robots = Robots(mode, FILES, ("goal:make(box)",))

@@ -174,6 +174,7 @@ UNUSED = {
 }  # fmt: skip
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("what", UNUSED)
 def test_what_nothing_uses(what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """It is a hint, and the encoding is not wrong by that."""
@@ -525,6 +526,7 @@ RUNNING: Dict[str, Dict[str, Any]] = {
 }
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("node", "about", "said"),
     [

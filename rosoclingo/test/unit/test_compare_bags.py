@@ -99,6 +99,7 @@ def test_names_of_nodes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert compare(single, maker(RUN, name="/d").write(tmp_path / "d.bag")) == 0
 
 
+@pytest.mark.costly
 def test_the_program_runs_without_ros_and_clingo(bags: List[Path]) -> None:
     done = run_without([], "compare", str(bags[0]), str(bags[1]))
     assert (done.returncode, done.stderr) == (0, "")
@@ -190,6 +191,7 @@ def test_what_a_replay_can_be_compared_with(tmp_path: Path, made: List[Made], em
     assert Run.of(recording).is_empty == empty
 
 
+@pytest.mark.costly
 def test_a_bag_without_a_journal_has_no_gaps(bags: List[Path]) -> None:
     old = maker(RUN)
     old.messages.clear()

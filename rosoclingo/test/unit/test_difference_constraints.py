@@ -41,6 +41,7 @@ def seconds(tmp_path: Path) -> str:
     return str(file)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     "mode", ["dynamic.incremental.recording", "dynamic.incremental.reset", SINGLE]
 )
@@ -64,6 +65,7 @@ def test_the_loop_gets_the_values(seconds: str) -> None:
     assert "dl(end(1),2)" in planner.search(0, 1, lambda: False).symbols
 
 
+@pytest.mark.costly
 def test_check(seconds: str, capsys: pytest.CaptureFixture[str]) -> None:
     words = [LINE, seconds, "--theory", "dl", "-c", "limit=60", "--episodes", "1"]
     assert run_check(words) == 0, capsys.readouterr()

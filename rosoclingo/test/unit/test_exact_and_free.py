@@ -342,6 +342,7 @@ def test_in_real_time() -> None:
     assert replay.send() == ["g visit(3)"]
 
 
+@pytest.mark.costly
 def test_not_too_many_at_once() -> None:
     many: List[Made] = [("message", "sensor", f"reading({n})", 0) for n in range(5000)]
     replay = Replay(run([ASK[0], *many, ASK[2], *END], gap=0.001))

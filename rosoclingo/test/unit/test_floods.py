@@ -193,6 +193,7 @@ def test_few_of_the_messages_that_are_dropped_are_logged_one_by_one(tmp_path: Pa
     assert single + sum(int(found[1]) for found in more if found) == dropped
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", ["dynamic.incremental.recording", SINGLE])
 def test_an_idle_robot_begins_few_steps(mode: str, tmp_path: Path) -> None:
     system = Flooded(parts(mode, tmp_path).loop, different)

@@ -80,6 +80,7 @@ def test_an_actuator_or_a_slot_with_a_reserved_id(
         assert not checking.commands
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     "names",
     [

@@ -135,6 +135,7 @@ def test_what_needs_no_planner_may_come_before_initialize(system: Make, tmp_path
     assert made.world.published == [("speaker", "now")]  # the names of steps are not for it
 
 
+@pytest.mark.costly
 def test_wrong_steps_are_named(run: Callable[..., System]) -> None:
     for command in ("ground", "ground_all", "query", "plan", "assign_messages", "status_update",
                     "commit_actions", "reset", "forget"):  # fmt: skip

@@ -65,6 +65,7 @@ def search(engine: Engine, hoods: Neighbourhoods) -> LocalSearch:
     return LocalSearch(engine, hoods, cost)
 
 
+@pytest.mark.costly
 def test_a_plan_is_improved_and_proven_the_best(engine: Engine) -> None:
     begin = worst(engine)
     assert begin.cost > (60,)
@@ -78,6 +79,7 @@ def test_it_ends_when_it_is_called(engine: Engine) -> None:
     assert search(engine, Neighbourhoods()).descend(begin, lambda: True) == begin
 
 
+@pytest.mark.costly
 def test_a_plan_that_says_nothing_is_searched_as_a_whole(engine: Engine) -> None:
     begin = Incumbent(worst(engine).cost, ())
     best = search(engine, Neighbourhoods()).descend(begin, lambda: False)
@@ -142,6 +144,7 @@ def test_only_critical_groups_are_worth_a_try() -> None:
     assert plan.critical == plan.groups
 
 
+@pytest.mark.costly
 def test_the_best_of_some_choices_is_not_proven_the_best_of_all(engine: Engine) -> None:
     program = "#program more. #show restricted : 0 = 0."
     assert engine.run([Add("more", (), program), Ground((Part("more"),))]).failure is None

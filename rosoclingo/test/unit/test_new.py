@@ -59,6 +59,7 @@ def test_each_file_has_the_name(name: str) -> None:
     assert {len(first), len(last)} == {len(title)}
 
 
+@pytest.mark.costly
 def test_what_is_written(package: Path) -> None:
     files = {str(file.relative_to(package)) for file in package.rglob("*") if file.is_file()}
     assert files == {*render("my_robot"), "test/visits.bag"}
@@ -221,6 +222,7 @@ def test_names_that_are_none(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.costly
 def test_a_name_that_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("rospkg", reason="rospkg is ROS's")
     write("my_robot", tmp_path)
@@ -251,6 +253,7 @@ def test_places_that_are_none(
     )
 
 
+@pytest.mark.costly
 def test_nothing_is_left_of_what_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device", str(tmp_path / "my_robot/test/visits.bag"))
@@ -261,6 +264,7 @@ def test_nothing_is_left_of_what_fails(tmp_path: Path, monkeypatch: pytest.Monke
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.costly
 def test_without_ros(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -137,6 +137,7 @@ def test_a_goal_that_waits_for_a_slot(plan: Any) -> None:
     assert said.lines[-1] == "goal 2, visit(4), waits for a slot; the encoding has 1"
 
 
+@pytest.mark.costly
 def test_no_plan(plan: Any) -> None:
     said = plan(LINE, "--goal", "visit(3)", "--event", "info:close(2)", "-c", "steps=7")
     assert (said.status, said.out) == (1, "")
@@ -164,6 +165,7 @@ def test_no_plan_that_is_long_enough(plan: Any, mode: str) -> None:
     )
 
 
+@pytest.mark.costly
 def test_there_was_no_time_to_say_why(plan: Any) -> None:
     arguments = ["--goal", "visit(3)", "--event", "info:close(2)", "--why-seconds", "0.000001"]
     said = plan(LINE, *arguments)

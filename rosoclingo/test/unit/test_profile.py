@@ -378,6 +378,7 @@ status(1,accepted,t) :- event(1,work,t).
 """
 
 
+@pytest.mark.costly
 def test_a_search_without_end_is_cut_off_and_shown(plan: Any, tmp_path: Path) -> None:
     (tmp_path / "endless.lp").write_text(ENDLESS)
     said = plan(

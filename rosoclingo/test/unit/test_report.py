@@ -310,6 +310,7 @@ def bag(folder: Path) -> Path:
     return maker.write(folder / "run.bag")
 
 
+@pytest.mark.costly
 def test_the_program_writes_page_and_picture(tmp_path: Path) -> None:
     with pytest.raises(SystemExit) as end:
         main([str(bag(tmp_path)), "--png", str(tmp_path / "run.png")])

@@ -191,6 +191,7 @@ def test_why_this_and_not_that(dialect: Dialect, seed: int) -> None:
             check(draw, answer.reason, dialect, demand if best is not None else "")
 
 
+@pytest.mark.costly
 def test_the_answer_is_said() -> None:
     told = ("event(1,visit(6),0)", "event(2,visit(2),0)", "event(info,close(3),0)")
     situation = Situation(
@@ -420,6 +421,7 @@ holds(ajar,t) :- holds(ajar,t-1).
 """
 
 
+@pytest.mark.costly
 def test_a_fact_that_makes_plans_possible_is_no_reason(tmp_path: Path) -> None:
     """A gate has to be unlatched, which it is; and then a cell behind it is closed."""
     gate = tmp_path / "gate.lp"
@@ -483,6 +485,7 @@ def test_a_rule_is_named_where_no_fact_is_the_reason(dialect: Any, tmp_path: Pat
     assert explainer.what_if(["info:close(2)"]).text.startswith("There would be no plan for visit")
 
 
+@pytest.mark.costly
 def test_the_smallest_set_of_rules_is_named(tmp_path: Path) -> None:
     """The third rule is that the robot goes slowly, which prevents nothing."""
     battery = tmp_path / "battery.lp"
@@ -496,6 +499,7 @@ def test_the_smallest_set_of_rules_is_named(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.costly
 def test_a_rule_without_a_name_is_quoted_with_its_place(tmp_path: Path) -> None:
     line, battery = tmp_path / "line.lp", tmp_path / "battery.lp"
     line.write_text(
@@ -524,6 +528,7 @@ def test_a_rule_without_a_name_is_quoted_with_its_place(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("slow", "has_names", "text"),
     [
@@ -606,6 +611,7 @@ def test_a_constraint_is_quoted_why_an_action_is_not_possible() -> None:
     assert "':- do(robot,go(X),t), holds(at(Y),t-1), |X-Y| != 1.' (line.lp:" in text
 
 
+@pytest.mark.costly
 def test_the_least_change_is_named(tmp_path: Path) -> None:
     """A robot that need not go from cell to cell would be there at once."""
     battery = tmp_path / "battery.lp"
@@ -771,6 +777,7 @@ def test_the_situation_of_a_loop(system: Callable[..., System]) -> None:
     assert "robot has not answered for 0 s; it was told to do go(2)." in answer.text
 
 
+@pytest.mark.costly
 def test_a_long_run_is_told_as_what_holds(system: Callable[..., System]) -> None:
     """The robot goes up and down the line, and does not answer any more in the end."""
     made = system("dynamic.incremental.recording", "-c", "steps=90")
@@ -859,6 +866,7 @@ sets(r,bring(ID),thing(ID),b,k) :- asked(ID,bring,k).
 """
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("slots", [3, 1])
 @pytest.mark.parametrize("library", [False, True], ids=["line", "library"])
 def test_a_slot_whose_goal_has_just_ended(

@@ -174,6 +174,7 @@ request(visit(V)) :- V = 0..4. wants(visit(V),at(robot),V) :- V = 0..4.
 """
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("reserves", "charges"), [("", 0), ("reserves(robot,battery).", 1)])
 def test_reserves(reserves: str, charges: int, tmp_path: Path) -> None:
     """It can always get back to where it is charged; else it goes on as long as it can."""
@@ -183,6 +184,7 @@ def test_reserves(reserves: str, charges: int, tmp_path: Path) -> None:
     assert task.done.count("charge") == charges
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("length", "charges"), [("", 0), ("length(0,1,2).", 1)])
 def test_a_long_way_drains_more(length: str, charges: int, tmp_path: Path) -> None:
     """A way takes as much as was planned: a battery for 4 is empty after two ways of length 2."""
@@ -207,6 +209,7 @@ wants(ID,parcel(ID),desk,k) :- asked(ID,parcel,k).
 RESTORES = "restores(ID,parcel(ID),shelf,k) :- asked(ID,parcel,k)."
 
 
+@pytest.mark.costly
 def test_own(tmp_path: Path) -> None:
     """Each request has a variable of its own, which begins anew with the next one in its slot."""
     task = Task(tmp_path, PARCEL)

@@ -258,6 +258,7 @@ def _world(encoding: str, *requests: str) -> World:
     return world
 
 
+@pytest.mark.costly
 def test_trucks_bring_boxes() -> None:
     """Each box is loaded and unloaded once, and no truck drives further than its fuel lasts."""
     world = _world("transport.lp", "bring(2,5)", "bring(3,1)", "bring(6,2)")
@@ -286,6 +287,7 @@ wants(both,lamp,on).
 """
 
 
+@pytest.mark.costly
 def test_a_number_has_to_be_large_enough(tmp_path: Path) -> None:
     """As light leaves too little to look with, it waits until that is done, or it charges first."""
     encoding = tmp_path / "numbers.lp"
@@ -348,6 +350,7 @@ says(power(N),power,N) :- N = 0..3.
 """
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("requests", [["shine"], ["shine", "call"]])
 def test_what_is_impossible_waits_for_news(
     requests: List[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -435,6 +438,7 @@ def test_an_action_that_fails_is_done_again() -> None:
     assert world.done.count("load(1)") == 2
 
 
+@pytest.mark.costly
 def test_a_locked_door_keeps_a_request_waiting() -> None:
     world = Hospital(DYN_RESET, [SMALL], ["linen1"])
     world.tell("info", "locked(isolation)")

@@ -149,6 +149,7 @@ def test_many_tasks_in_two_regions_are_all_done(robots: int, tmp_path: Path) -> 
     assert len(served(office.plan())) == 24
 
 
+@pytest.mark.costly
 def test_a_restricted_agenda_is_not_proven_best(tmp_path: Path) -> None:
     """With twenty tasks it may be, with more it is not, even if all is searched through."""
     office = Office(21, 1, tmp_path, AT_ONCE)
@@ -191,6 +192,7 @@ def test_what_an_encoding_demands_is_found_among_all_agendas(tmp_path: Path) -> 
         office.improve(0.5)
 
 
+@pytest.mark.costly
 def test_who_does_urgent_tasks_may_be_worth_a_change(tmp_path: Path) -> None:
     """Then no group is critical: a better plan need not relieve the slowest robot."""
     rules = "#program present(k,t). due(1,1,k) :- stop(1,1,O,A,k). #program base."

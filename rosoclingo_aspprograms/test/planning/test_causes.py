@@ -67,6 +67,7 @@ def bring(mode: str, *script: object, options: Sequence[str] = ()) -> Robot:
     return robot
 
 
+@pytest.mark.costly
 def test_something_was_in_the_way_for_a_moment() -> None:
     """The robot looks, sees that the way is free, and tries again."""
     robot = bring(RECORDING, FAILURE, ["at(mailbot,open1)", "unblocked(c1,open1)"])
@@ -74,6 +75,7 @@ def test_something_was_in_the_way_for_a_moment() -> None:
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 def test_clients_are_told_where_a_robot_was_carried_and_first_of_all_that_it_needs_help() -> None:
     free = ["at(mailbot,c5)", "unblocked(c5,c6)", "unblocked(c4,c5)", "unblocked(c5,o9)"]
     robot = bring(SINGLE, FAILURE, ["at(mailbot,c5)"], *([FAILURE, free] * 6))
@@ -140,6 +142,7 @@ def test_a_robot_is_lost_no_longer_than_that_is_believed() -> None:
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 def test_a_package_that_is_gone_holds_up_no_other() -> None:
     robot = Robot(RECORDING)
     robot.script = [SUCCESS, SUCCESS, FAILURE, ["at(mailbot,o1)", "gone(1)"]]
@@ -208,6 +211,7 @@ def test_a_gripper_that_is_broken_aborts_no_goal() -> None:
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 def test_somebody_says_something_wrong() -> None:
     """The robot looks, sees that it is where it should be, and goes on."""
     robot = Robot(RECORDING)
@@ -218,6 +222,7 @@ def test_somebody_says_something_wrong() -> None:
     assert set(robot.done) >= {"go(c1)", "go(o1)", "pickup(1)"}
 
 
+@pytest.mark.costly
 def test_a_package_on_a_robot_is_not_gone() -> None:
     robot = bring(RECORDING, SUCCESS, SUCCESS, SUCCESS, ["gone(1)"])
     assert robot.goals[0].words == ["accepted", "succeeded"]

@@ -135,6 +135,7 @@ def test_a_mistake_is_named(mistake: str, tmp_path: Path) -> None:
         assert why in Explainer(options, told, seconds=600).goal("1").text
 
 
+@pytest.mark.costly
 def test_without_mistakes_nothing_is_said(tmp_path: Path) -> None:
     options = write(tmp_path)
     assert list(model.look(options, read_alphabet(options))) == []

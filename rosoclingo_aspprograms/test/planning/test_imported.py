@@ -106,6 +106,7 @@ class Delivery(ImportedWorld):
         self.tell("info", f"box_at({box},{room})")
 
 
+@pytest.mark.costly
 def test_the_goal_is_reached(files: List[str]) -> None:
     world = Delivery(files)
     goal = world.request("goal")
@@ -116,6 +117,7 @@ def test_the_goal_is_reached(files: List[str]) -> None:
     assert {actuator for actuator, _ in world.published} == {"left", "right"}
 
 
+@pytest.mark.costly
 def test_what_has_failed_is_done_again(files: List[str]) -> None:
     world = Delivery(files)
     goal = world.request("box_at(red,office)")
@@ -144,6 +146,7 @@ def test_a_goal_that_is_cancelled_leaves_the_other_one(files: List[str]) -> None
     assert world.place("blue") == ("box_at", "blue", "kitchen")
 
 
+@pytest.mark.costly
 def test_a_message_changes_a_fact(files: List[str]) -> None:
     """There is no way until it is said that there is one again; a box is where somebody says."""
     world = Delivery(files)
@@ -249,6 +252,7 @@ def _house(folder: Path, problem: str = HOUSE_PROBLEM) -> ImportedWorld:
     return ImportedWorld([str(file) for file in written if file.suffix == ".lp"], *files)
 
 
+@pytest.mark.costly
 def test_conditions_are_met(tmp_path: Path) -> None:
     """The thing is beamed while nobody is there, and what is not clean puts the lamp out."""
     world = _house(tmp_path)
@@ -275,6 +279,7 @@ def test_a_goal_that_nobody_can_reach_is_refused(
         _house(tmp_path, HOUSE_PROBLEM.replace(old, new))
 
 
+@pytest.mark.costly
 def test_the_command_writes_what_plan_py_reads(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "rosoclingo.pddl", str(DOMAIN), str(PROBLEM)]
     command += ["--actuators", "robot", "--folder", str(tmp_path)]

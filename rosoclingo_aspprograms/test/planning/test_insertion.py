@@ -182,6 +182,7 @@ def test_news_change_a_long_plan_only_where_needed(robots: int, tmp_path: Path) 
     assert orders(plan) == {who: without(one, "7") for who, one in inserted.items()}
 
 
+@pytest.mark.costly
 def test_an_input_while_parts_are_grounded_changes_no_more(tmp_path: Path) -> None:
     """A search that an input ends before it has found an agenda leaves the one before."""
     office = Office(24, 4, tmp_path, DEFAULT_PATIENCE)
@@ -196,6 +197,7 @@ def test_an_input_while_parts_are_grounded_changes_no_more(tmp_path: Path) -> No
     assert {who: without(without(one, "24"), "25") for who, one in plan.items()} == before
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("robots", [1, 3])
 def test_a_robot_that_cannot_deliver_picks_up_nothing_else(robots: int, tmp_path: Path) -> None:
     office = Office(24, robots, tmp_path, DEFAULT_PATIENCE)
@@ -225,6 +227,7 @@ def test_tasks_in_a_row_that_cannot_be_done_keep_no_other_from_being_done(tmp_pa
     assert sorted(map(int, order(office.plan()))) == rest
 
 
+@pytest.mark.costly
 def test_what_a_lost_robot_carries_nobody_else_delivers(tmp_path: Path) -> None:
     office = Office(24, 3, tmp_path, DEFAULT_PATIENCE)
     office.ask(1, 24)
@@ -245,6 +248,7 @@ def test_what_a_lost_robot_carries_nobody_else_delivers(tmp_path: Path) -> None:
     assert carried not in order(after)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("last", ["pickup", "go"])
 def test_what_a_trapped_robot_was_to_do_others_do(last: str, tmp_path: Path) -> None:
     """Without a search, also after further news; but for what is in the same place."""
@@ -301,6 +305,7 @@ def test_a_way_that_is_closed_is_gone_around(tmp_path: Path) -> None:
     assert len(served(again)) == 22
 
 
+@pytest.mark.costly
 def test_what_an_encoding_demands_is_searched_for(tmp_path: Path) -> None:
     rules = "#program plan(k). :- doable(1,k), doable(2,k), not next(1,2,k), not newer(k)."
     office = Office(24, 3, tmp_path, DEFAULT_PATIENCE, rules=f"{rules} #program base.")
@@ -314,6 +319,7 @@ def test_what_an_encoding_demands_is_searched_for(tmp_path: Path) -> None:
     assert done[done.index("deliver(1)") + 1] == "pickup(2)"
 
 
+@pytest.mark.costly
 def test_an_input_leaves_a_better_plan_to_the_next_search(tmp_path: Path) -> None:
     """Its moves are not looked up before the input is dealt with, which may make it needless."""
     office = Office(20, 4, tmp_path, DEFAULT_PATIENCE)

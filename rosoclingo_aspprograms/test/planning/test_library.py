@@ -240,6 +240,7 @@ def _distance(one: Tuple[int, int], other: Tuple[int, int]) -> int:
     return abs(one[0] - other[0]) + abs(one[1] - other[1])
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("seed", "full"), [(1, 3), (2, 3), (3, 3), (4, 2), (5, 4)])
 def test_eight_plants_are_watered_as_quickly_as_possible(
     seed: int, full: int, tmp_path: Path

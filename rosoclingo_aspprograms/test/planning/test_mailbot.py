@@ -73,6 +73,7 @@ def test_a_static_mode_publishes_the_plan_for_the_request_file(mode: str) -> Non
     assert episode.warnings == []
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", DYNAMIC)
 def test_a_dynamic_mode_with_the_manuals_options(mode: str) -> None:
     episode = _grid(mode, slots=1, steps=14)
@@ -85,6 +86,7 @@ def test_a_dynamic_mode_with_the_manuals_options(mode: str) -> None:
 # The three scenarios. Routes are the waypoints in order.
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", SOME)
 def test_scenario_1_the_blocked_corridor_is_avoided(mode: str) -> None:
     episode = _office(mode)
@@ -96,6 +98,7 @@ def test_scenario_1_the_blocked_corridor_is_avoided(mode: str) -> None:
     )
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", SOME)
 def test_scenario_2_the_robot_turns_round_when_the_corridor_is_free_again(mode: str) -> None:
     episode = _office(mode)
@@ -220,6 +223,7 @@ def test_cancel_before_the_pickup(mode: str) -> None:
     assert episode.actions[-1] == "go(c(4))"
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "outcome"), OUTCOMES)
 def test_cancel_during_the_pickup(mode: str, outcome: str) -> None:
     episode = _grid(mode)
@@ -302,6 +306,7 @@ def test_the_same_request_twice(mode: str) -> None:
     assert episode.validator.delivered == 2
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", SOME)
 def test_a_wrong_request_is_rejected(mode: str) -> None:
     reasons = {

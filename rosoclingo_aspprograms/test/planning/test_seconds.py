@@ -185,6 +185,7 @@ def test_the_sum_of_the_waits_is_as_small_as_possible(
     draw.check([""] * 4, lambda done: [sum(done)], tmp_path, "-c", "minimise=waits")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("robots", [1, 2])
 @pytest.mark.parametrize("seed", draws([0, 1, 3, 5, 8], 10))
 def test_what_is_urgent_comes_first_and_then_what_is_due(

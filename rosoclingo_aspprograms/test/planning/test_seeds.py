@@ -249,6 +249,7 @@ def test_news_end_the_other_search(
         planner.tell([event("1", "cancel", 0)] if number == 2 else [event("2", "tower", 0)])
 
 
+@pytest.mark.costly
 @lama
 @pytest.mark.usefixtures("only_seeds")
 def test_what_is_left_of_a_plan_comes_first(
@@ -280,6 +281,7 @@ class Noted(Recorded):
         return self._noted.pop(0) if is_due else None
 
 
+@pytest.mark.costly
 @lama
 @pytest.mark.usefixtures("only_seeds")
 def test_a_replay_asks_nobody() -> None:

@@ -139,6 +139,7 @@ def compare(seed: int, folder: Path) -> int:
     return last_new
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", draws([2, 5, 6, 8, 11, 14], 40))
 def test_a_plan_is_as_short_as_that_of_the_encoding_by_steps(seed: int, tmp_path: Path) -> None:
     compare(seed, tmp_path)

@@ -208,6 +208,7 @@ def test_another_first_move(seed: int, tmp_path: Path) -> None:
             assert without.horizon <= min([*others, best + 1])
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", draws(range(4), 6))
 def test_what_would_be(seed: int, tmp_path: Path) -> None:
     building, situation, requests, blocked = drawn(seed, tmp_path)
@@ -256,6 +257,7 @@ def run(
     return Situation.of(episode.loop.state, 60), episode
 
 
+@pytest.mark.costly
 def test_a_blocked_room_is_said_in_words() -> None:
     situation, _ = run(RECORDING, {0: ["goal:bring(o9,o14)"], 2: ["info:blocked(c5,o9)"]}, 3)
     answer = Explainer(IN_OFFICE, situation, seconds=SECONDS).goal("1")
@@ -364,6 +366,7 @@ def test_a_refill_that_is_put_off() -> None:
     assert any("fill" in action for action in answer.other.actions)
 
 
+@pytest.mark.costly
 def test_it_does_not_know_everything() -> None:
     situation, _ = run(RECORDING, {0: ["goal:bring(o1,o3)"]}, 1)
     explainer = Explainer(IN_OFFICE, situation, seconds=SECONDS)

@@ -7,6 +7,7 @@ import json
 import threading
 from typing import Any, List
 
+import pytest
 from console_server import SYSTEM, run, until
 
 from rosoclingo_console.model.system import SystemModel
@@ -25,6 +26,7 @@ class Reader(Subscriber):
         self.times.append(asyncio.get_event_loop().time())
 
 
+@pytest.mark.costly
 def test_changes_are_gathered() -> None:
     """The first one is sent at once, those that come soon after it together."""
 

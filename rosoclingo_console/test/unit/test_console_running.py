@@ -220,6 +220,7 @@ def test_a_compressed_body_is_left_as_it_is() -> None:
             tracemalloc.stop()
 
 
+@pytest.mark.costly
 def test_fuzzed_requests(caplog: pytest.LogCaptureFixture) -> None:
     """Whatever comes: nothing is done without a right to it, and the next one is served.
 

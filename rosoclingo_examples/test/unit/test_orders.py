@@ -60,6 +60,7 @@ def test_a_wrong_line_says_what_is_expected() -> None:
         parse_line("O9 o14", with_object=False)
 
 
+@pytest.mark.costly
 @given(st.text(), st.booleans())
 def test_any_line(line: str, with_object: bool) -> None:
     """Whatever is typed, it is a request, a cancel, or refused."""

@@ -250,6 +250,7 @@ def test_what_is_wrong_with_a_fleet(capsys: pytest.CaptureFixture[str]) -> None:
     assert "mailbot   go(o1) fails" in capsys.readouterr().out
 
 
+@pytest.mark.costly
 def test_the_picture_of_several(tmp_path: Path) -> None:
     traces = {name: DriveTrace() for name in ("one", "other")}
     for number, trace in enumerate(traces.values()):

@@ -399,6 +399,7 @@ def test_the_page(run: Watched) -> None:
     assert "http://" not in page.replace("http://www.w3.org", ""), "it needs nothing else"
 
 
+@pytest.mark.costly
 def test_a_page_of_nothing(run: Watched) -> None:
     latencies = latency_trends(run.watch.latencies.samples, 0.0)
     page = render_soak(SoakRun(3, 2, 100.0, 0.0, 0.0, [], latencies, {}), run.watch)

@@ -92,6 +92,7 @@ def test_two_change_places(
     Drivers(office, planner, [list(way), list(reversed(way))]).run()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("way", WAYS[::5], ids="-".join)
 def test_one_that_stands_makes_room(
     office: OccupancyMap, planner: PathPlanner, way: Tuple[str, str]

@@ -113,6 +113,7 @@ FLOOR = room()
 SOLID = [box_of(wall) for wall in WALLS]
 
 
+@pytest.mark.costly
 @settings(max_examples=300, deadline=None)
 @given(st.floats(-0.99, 6.99), st.floats(-1.99, 3.99))
 def test_clearance_is_exact_near_walls_and_never_too_much(x: float, y: float) -> None:

@@ -60,6 +60,7 @@ def test_all_share_the_boxes() -> None:
     assert one.robots == other.robots == (Pose(1, 1, 0), Pose(5, 1, 3))
 
 
+@pytest.mark.costly
 @settings(deadline=None)
 @given(
     st.floats(-0.5, 6.5), st.floats(-1.5, 3.5), st.floats(-3, 3),

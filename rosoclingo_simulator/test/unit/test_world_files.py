@@ -134,6 +134,7 @@ def test_the_instance_says_where_the_waypoints_are() -> None:
     assert set().union(*kinds.values()) == set(positions)
 
 
+@pytest.mark.costly
 def test_the_markers_are_the_walls_and_the_names_of_the_rooms(office: OfficeMap) -> None:
     document = yaml.safe_load(MARKERS.read_text())
     markers = document["markers"]
