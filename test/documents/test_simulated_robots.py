@@ -34,19 +34,40 @@ def test_scenario(page: Page) -> None:
     robot.wait_for("mailbot: go(c6)")
 
 
+def has_navigation(page: Page) -> bool:
+    return page.terminals.run("rospack", "find", "move_base").wait() == 0
+
+
 @pytest.mark.costly
-@of("rosoclingo_gazebo/README.md", "Real navigation")
+@of("docs/navigation.md", "On the simulator")
 def test_real_navigation(page: Page) -> None:
     page.type("localisation:=false")
     page.sees("/simulator")
-    has_stack = page.terminals.run("rospack", "find", "move_base").wait() == 0
+    started = page.type("real_navigation.launch")
+    if has_navigation(page):
+        page.sees("/move_base")
+    else:
+        assert started.wait() == 1
+
+
+@pytest.mark.costly
+@of("docs/navigation.md", "Real navigation")
+def test_what_real_navigation_needs(page: Page) -> None:
+    """It says the commands that the document has, too."""
+    has_stack = has_navigation(page)
     started = page.type("real_navigation.launch")
     checked = page.type("navigation_check.py")
     if has_stack:
-        page.sees("/move_base")
-    for missing in [checked] if has_stack else [started, checked]:
-        assert missing.wait() == (0 if has_stack else 1)
-        assert ("packages are missing" in missing.output) != has_stack
+        page.sees("/map_server")
+        assert checked.wait() == 0
+        return
+    build = [piece.text for piece in section("docs/navigation.md", "On Debian")]
+    for missing in (started, checked):
+        assert missing.wait() == 1
+        assert "packages are missing" in missing.output
+        said = " ".join(missing.output.replace("\\\n", " ").split())
+        for command in build[: build.index("source devel/setup.bash")]:
+            assert " ".join(command.replace("\\\n", " ").split()) in said
 
 
 @pytest.mark.costly

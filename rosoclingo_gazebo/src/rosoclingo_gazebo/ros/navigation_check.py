@@ -37,8 +37,7 @@ _BUILD = """\
     libyaml-cpp-dev pluginlib-dev ros-cmake-modules
   mkdir -p ~/navigation/src && cd ~/navigation
   git clone -b noetic-devel https://github.com/ros-planning/navigation src/navigation
-  PYTHON=/usr/bin/python3
-  catkin_make -DPYTHON_EXECUTABLE=$PYTHON -DPython_EXECUTABLE=$PYTHON \\
+  catkin_make -DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython_EXECUTABLE=/usr/bin/python3 \\
     -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_STANDARD=17 -DCATKIN_ENABLE_TESTING=OFF
 Then, in each terminal, source this workspace and add the navigation stack to it:
   source {workspace}/setup.bash
