@@ -49,8 +49,8 @@ class Trend(NamedTuple):
         slope: In the unit per simulated hour; 0 if there are too few samples for a line.
         rise: By how much the line rises from the beginning of the run to its end.
         limit: What it may rise by; 0 if there are too few samples to judge.
-        is_by_chance: Whether samples that do not rise may have such a line, too: zero is in the 95 %
-            confidence interval of the slope.
+        is_by_chance: Whether samples that do not rise may have such a line, too, as the 95 %
+            confidence interval of its slope says.
     """
 
     name: str
