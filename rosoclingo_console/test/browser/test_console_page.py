@@ -82,7 +82,24 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     shown.terminals.master.setParam("/test", "/use_sim_time", True)
     shown.terminals.publish("/clock", "rosgraph_msgs/Clock", "{clock: {secs: 100, nsecs: 0}}")
     browser.sees("expected in 1:00 min of simulated time", "#goals li.open")
+    equal_warnings(browser, shown)
     assert not browser.complaints()
+
+
+def equal_warnings(browser: Browser, shown: Shown) -> None:
+    """Equal requests that wait for the same reason stop nothing of the page."""
+    for name in ("one", "two"):
+        goal = f"{{goal_id: {{id: {name}}}, goal: {{request: visit(4)}}}}"
+        shown.terminals.publish("/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal", goal)
+        browser.sees("visit(4) is asked for", "#lines li")
+    for name in ("one", "two"):
+        line = quoted("why: cell 4 is shut")
+        text = f"{{status: {{goal_id: {{id: {name}}}}}, feedback: {{status: {line}}}}}"
+        shown.terminals.publish("/rosoclingo/feedback", "rosoclingo/ROSoClingoActionFeedback", text)
+    wait_for(lambda: len(browser.find("#goals li.open", "cell 4 is shut")) == 2)
+    browser.sees("visit(4): cell 4 is shut", "#attention")
+    browser.click("Pause", "#control")
+    browser.sees("The run is paused", "#attention")
 
 
 @pytest.mark.costly

@@ -129,6 +129,13 @@ def test_a_way_that_is_said_to_be_blocked_is_red_until_it_is_free(
     assert not drawn(situation, "blocked ways")
 
 
+def test_a_way_that_a_robot_has_gone_is_free(situation: MapSituation) -> None:
+    situation.hear("info", "blocked(a,b)")
+    act(situation, "go(b)")
+    assert situation.positions == {"r": "b"}
+    assert not situation.blocked
+
+
 def test_a_way_where_the_robot_fails_is_blocked(situation: MapSituation) -> None:
     act(situation, "go(b)")
     act(situation, "go(c)", "failure")

@@ -54,7 +54,8 @@ class MapSituation:
 
     Attributes:
         positions: For each robot, the last waypoint that it reached.
-        blocked: Pairs of waypoints with a blocked way between.
+        blocked: Pairs of waypoints with a blocked way between: somebody has said so, or failed to
+            go there, and nobody has gone there since, or said that it is free.
         steps: The plan ahead, ordered by step.
         packages: What is to be brought, is on its way, or was lately delivered.
     """
@@ -163,10 +164,12 @@ class MapSituation:
         self._forget_step(robot, action)
         if action.match("go", 1):
             there = str(action.arguments[0])
+            way = frozenset((here, there))
             if answer == SUCCESS:
                 self.positions[robot] = there
+                self.blocked.discard(way)
             else:
-                self.blocked.add(frozenset((here, there)))
+                self.blocked.add(way)
         elif answer == SUCCESS and (action.match("pickup", 1) or action.match("pickup", 2)):
             self._pick_up(robot, action)
         elif answer == SUCCESS and (action.match("deliver", 1) or action.match("deliver", 2)):

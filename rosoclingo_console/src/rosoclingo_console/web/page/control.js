@@ -9,6 +9,7 @@ const STATES = {
   unknown: "nothing is known yet",
   works: "decides or plans",
   acts: "waits for answers",
+  asks: "waits for an operator",
   waits: "waits for something to come",
   ended: "has ended",
 };
@@ -47,6 +48,12 @@ byId("run").append(
   make("ul", {}, ...[...facts].map(([name, value]) => make("li", {}, make("small", { text: name }), value))),
 );
 
+/** What a loop waits for. */
+function reason(actuators) {
+  if (actuators.some((row) => row.action)) return "acts";
+  return actuators.some((row) => row.held && row.state !== "retry") ? "asks" : "waits";
+}
+
 watch(() => {
   const run = rowsOf(chosen(), "run").get("run");
   const may = mayAct() && Boolean(run?.connected);
@@ -55,8 +62,8 @@ watch(() => {
     change(button, { disabled: !may || !isUseful });
   }
   const hint = state.hello?.read_only ? " (this console is read-only)" : "";
-  const acts = [...rowsOf(chosen(), "actuators").values()].some((row) => row.action);
-  const how = run?.state === "waits" && acts ? "acts" : run?.state;
+  const actuators = [...rowsOf(chosen(), "actuators").values()];
+  const how = run?.state === "waits" ? reason(actuators) : run?.state;
   const words = run ? (run.paused ? "paused, " : "") + STATES[how] + (run.reason ? `: ${run.reason}` : "") : "";
   change(facts.get("State"), { text: words + hint });
   change(facts.get("Step"), { text: run ? `${run.step}, planned up to ${run.horizon}` : "" });

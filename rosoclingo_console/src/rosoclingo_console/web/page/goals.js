@@ -17,6 +17,8 @@ const STATUSES = {
 };
 
 /** Says of a duration if a simulator's clock measures it; all others are of wall time. */
+const HELD = { hold: "on hold", approval: "asks for an approval" };
+
 const ofClock = () => (state.beat && state.beat.ros !== state.beat.now ? " of simulated time" : "");
 
 function expected(goal) {
@@ -27,8 +29,9 @@ function expected(goal) {
 
 /** Says whose planned actions wait until an operator releases them. */
 function onHold() {
-  const held = [...rowsOf(chosen(), "actuators")].filter(([, row]) => row.held && row.state === "hold");
-  return held.length && `waits for an operator: ${held.map(([name]) => name).sort().join(", ")} on hold`;
+  const held = [...rowsOf(chosen(), "actuators")].filter(([, row]) => row.held && row.state in HELD);
+  const names = held.map(([name, row]) => `${name} ${HELD[row.state]}`).sort().join(", ");
+  return names && `waits for an operator: ${names}`;
 }
 
 /** Details of a goal, in short parts. */
@@ -47,6 +50,9 @@ function facts(goal) {
   return parts.filter(Boolean).join(" · ");
 }
 
+/** What is known of the reason why a goal waits, without asking. */
+const known = (goal) => goal.why || onHold() || goal.line || "";
+
 function makeGoal() {
   const name = make("b", { class: "term" }),
     sign = make("span"),
@@ -56,7 +62,10 @@ function makeGoal() {
   const ask = make("button", {
     type: "button",
     text: "Why?",
-    click: () => why("goal", [made.row.slot || made.row.request], `Why does ${made.row.request} wait or fail?`),
+    click: () => {
+      const words = `Why does ${made.row.request} wait or fail?`;
+      why("goal", [made.row.slot || made.row.request], words, known(made.row));
+    },
   });
   const cancel = careful("Cancel", "Cancel it?", () => order("cancel", { goal: made.key }, `Cancel ${made.row.request}`));
   let before = "";

@@ -132,11 +132,13 @@ function makeWarning([kind, sign, text]) {
 }
 
 function drawWarnings() {
-  const found = warnings();
-  if (!found.length && rowsOf(chosen(), "run").size) found.push(["good", "✓", "Nothing needs attention."]);
-  // Their words are their keys, without the times in them: they stay, and are not read out again.
-  fill(byId("attention"), found.map((one) => [one[2].replace(/\d+(:\d+)* (s|min|h)/g, ""), one]), makeWarning);
-  found.forEach((one, i) => change(byId("attention").children[i].lastChild, { text: one[2] }));
+  const all = warnings();
+  if (!all.length && rowsOf(chosen(), "run").size) all.push(["good", "✓", "Nothing needs attention."]);
+  // Their words are their keys, without the times in them: they stay, and are not read out again. What two goals with
+  // the same request wait for is said once.
+  const found = new Map(all.map((one) => [one[2].replace(/\d+(:\d+)* (s|min|h)/g, ""), one]));
+  fill(byId("attention"), [...found], makeWarning);
+  [...found.values()].forEach((one, i) => change(byId("attention").children[i].lastChild, { text: one[2] }));
 }
 
 watch(drawLink);

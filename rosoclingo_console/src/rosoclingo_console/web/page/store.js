@@ -23,7 +23,13 @@ export function changed() {
   isDue = true;
   requestAnimationFrame(() => {
     isDue = false;
-    for (const view of views) view();
+    for (const view of views) {
+      try {
+        view();
+      } catch (fault) {
+        setTimeout(() => { throw fault; }); // for the browser's log; the other views are drawn
+      }
+    }
   });
 }
 
