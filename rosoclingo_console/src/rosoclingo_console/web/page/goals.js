@@ -16,9 +16,10 @@ const STATUSES = {
   aborted: ["bad", "✕", "aborted"],
 };
 
-/** Says of a duration if a simulator's clock measures it; all others are of wall time. */
+/** What an actuator does whose action an operator is to let go. */
 const HELD = { hold: "on hold", approval: "asks for an approval" };
 
+/** Says of a duration if a simulator's clock measures it; all others are of wall time. */
 const ofClock = () => (state.beat && state.beat.ros !== state.beat.now ? " of simulated time" : "");
 
 function expected(goal) {
@@ -27,7 +28,7 @@ function expected(goal) {
   return left > 0 ? `expected in ${lasted(left)}${ofClock()}` : "expected now";
 }
 
-/** Says whose planned actions wait until an operator releases them. */
+/** Says whose planned actions wait until an operator releases or approves them. */
 function onHold() {
   const held = [...rowsOf(chosen(), "actuators")].filter(([, row]) => row.held && row.state in HELD);
   const names = held.map(([name, row]) => `${name} ${HELD[row.state]}`).sort().join(", ");
