@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import signal
 import threading
-import time
 from pathlib import Path
 from typing import Iterator, List, Optional, Sequence
 
 import pytest
+from waiting import wait_for
 
 from rosoclingo_interfaces.prompt import Prompt, _StoppedError
 
@@ -41,8 +41,7 @@ def test_a_signal_that_interrupts_nothing(prompt: Prompt, monkeypatch: pytest.Mo
     is_over = threading.Event()
 
     def interrupt() -> None:
-        while not (prompt._reading and state.read_text().rpartition(")")[2].split()[0] == "S"):
-            time.sleep(0.01)
+        wait_for(lambda: prompt._reading and state.read_text().rpartition(")")[2].split()[0] == "S")
         os.kill(os.getpid(), signal.SIGINT)
         is_over.wait(60.0)  # no more than a bound, at which the lines end
         os.close(typing)
