@@ -163,18 +163,11 @@ def _trends(trends: Sequence[Trend]) -> str:
             one.number,
             *(f"{value:.3g} {one.unit}" for value in (one.median, one.largest)),
             *(f"{value:+.3g} {one.unit}" for value in (one.slope, one.rise)),
-            _limit(one),
+            f"{one.limit:.3g} {one.unit}" if one.limit else "not judged",
         )
         for one in trends
     ]
     return _table(head, rows)
-
-
-def _limit(trend: Trend) -> str:
-    if not trend.limit:
-        return "not judged"
-    is_excused = trend.rise > trend.limit and trend.is_by_chance
-    return f"{trend.limit:.3g} {trend.unit}" + (", by chance" if is_excused else "")
 
 
 def _draw_incidents(incidents: Sequence[Incident], run: SoakRun) -> str:

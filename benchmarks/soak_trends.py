@@ -10,8 +10,6 @@ import statistics
 from itertools import combinations
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
-from scipy.stats import theilslopes
-
 JUDGED_HOURS = 0.5  # of simulated time, that samples have to span to be judged
 MOST_MEBIBYTES = 16.0  # that a process may grow by in the whole run, by its line
 MOST_RISE, MOST_SECONDS = 0.5, 0.1  # that a latency may rise by: of its median, and at least
@@ -49,8 +47,6 @@ class Trend(NamedTuple):
         slope: In the unit per simulated hour; 0 if there are too few samples for a line.
         rise: By how much the line rises from the beginning of the run to its end.
         limit: What it may rise by; 0 if there are too few samples to judge.
-        is_by_chance: Whether samples that do not rise may have such a line, too, as the 95 %
-            confidence interval of its slope says.
     """
 
     name: str
@@ -61,12 +57,11 @@ class Trend(NamedTuple):
     slope: float
     rise: float
     limit: float
-    is_by_chance: bool = False
 
     @property
     def is_exceeded(self) -> bool:
-        """True if it rises by more than it may, and not by chance."""
-        return self.limit > 0 and self.rise > self.limit and not self.is_by_chance
+        """True if it rises by more than it may."""
+        return self.limit > 0 and self.rise > self.limit
 
     def __str__(self) -> str:
         return (
@@ -126,8 +121,7 @@ def latency_trends(
         limit = max(MOST_SECONDS, MOST_RISE * median) if is_judged else 0.0
         unit = "x" if name == busy else "s"
         rise = slope * hours
-        chance = _is_by_chance(taken)
-        trends.append(Trend(name, unit, len(taken), median, largest, slope, rise, limit, chance))
+        trends.append(Trend(name, unit, len(taken), median, largest, slope, rise, limit))
     return trends
 
 
@@ -146,23 +140,10 @@ def _is_judged(samples: Sequence[Sample]) -> bool:
 
 def _slope(samples: Sequence[Sample]) -> float:
     """Returns the slope of the line of Theil and Sen, for an hour; 0 if there is none."""
+    few = samples[:: 1 + len(samples) // _MOST_SAMPLES]
     slopes = [
         (two.value - one.value) / (two.seconds - one.seconds) * _SECONDS_AN_HOUR
-        for one, two in combinations(_some(samples), 2)
+        for one, two in combinations(few, 2)
         if one.life == two.life and two.seconds > one.seconds
     ]
     return statistics.median(slopes) if slopes else 0.0
-
-
-def _is_by_chance(samples: Sequence[Sample]) -> bool:
-    """Tells if a line that does not rise is in the 95 % confidence interval of Sen's slope."""
-    some = _some(samples)
-    if len({one.seconds for one in some}) < 2:
-        return True
-    found = theilslopes([one.value for one in some], [one.seconds for one in some], 0.95)
-    return float(found[2]) <= 0.0
-
-
-def _some(samples: Sequence[Sample]) -> Sequence[Sample]:
-    """Returns each second one, third one, or so on, so that there are not too many pairs."""
-    return samples[:: 1 + len(samples) // _MOST_SAMPLES]
