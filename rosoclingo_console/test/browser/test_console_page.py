@@ -58,6 +58,8 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     browser.sees("go(3) until", "#actuators")
     browser.click("Release robot", "#actuators")
     browser.sees("robot wants to do go(3)", "#attention")
+    browser.sees("waits for an operator: robot asks for an approval", "#goals li.open")
+    browser.sees("waits for an operator", "#run")
     browser.click("Why visit(3)?", "#goals")
     browser.sees("visit(3) ends in step", "#why-answer")
     browser.sees("go(3) of robot waits for an approval.", "#why-answer")
