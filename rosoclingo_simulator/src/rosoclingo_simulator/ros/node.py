@@ -59,9 +59,9 @@ Parameters, such as _speed:=10, are described in the package's README."""
 
 _SECONDS_TO_ANSWER = 10.0  # of wall time, for the simulation's thread
 _SECONDS_TO_END = 1.0  # likewise, for its last step
-# Likewise, from one message of /clock to the next, at least: at speed 10, those of every second
-# step. All nodes listen, and none of them does anything in less.
-_CLOCK_SECONDS = 0.008
+# Likewise, from one message of /clock to the next, at least: at speed 10, those of every fourth
+# step. Each of them wakes all nodes, which take longer than this for what they do.
+_CLOCK_SECONDS = 0.02
 _Returned = TypeVar("_Returned")
 
 
