@@ -107,7 +107,7 @@ class Soak:
     def _launch(self, folder: Path) -> List[str]:
         options = self._options
         file = folder / "faults.yaml"
-        file.write_text(faults(options.seed), encoding="utf-8")
+        file.write_text(faults(options.seed, options.sparse), encoding="utf-8")
         if options.replay and not options.record:
             options.record = folder / "run.bag"
         record = [f"record:={options.record.absolute()}"] if options.record else []
@@ -123,7 +123,8 @@ class Soak:
         robots = sorted(self._graph.starts)
         nodes = [*PLANNING_NODES, *(f"{name}_{robot}" for name in _INTERFACES for robot in robots)]
         ended = [] if self._options.calm else nodes
-        places = Places(sorted(self._rooms.offices), self._graph.edges, ended, len(robots))
+        offices, sparse = sorted(self._rooms.offices), self._options.sparse
+        places = Places(offices, self._graph.edges, ended, len(robots), sparse)
         drawn = disturbances(self._options.seed, places)
         watched = [*nodes, _SIMULATOR]
         return SoakWorld(self._watch, dict(self._graph.places), self._slots, watched, drawn)
@@ -259,6 +260,9 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("seed", type=int, nargs="?", default=1, help="of all draws; 1 by default")
     parser.add_argument("--wall", action="store_true", help="HOURS are of wall time")
     parser.add_argument("--calm", action="store_true", help="no node is ended")
+    parser.add_argument(
+        "--sparse", type=_positive, default=1.0, help="times as long between two disturbances"
+    )
     parser.add_argument("--robots", type=int, choices=range(1, 5), default=2, help="how many")
     parser.add_argument("--speed", type=_positive, default=20.0, help="simulated seconds in one")
     parser.add_argument("--record", type=Path, help="a bag for the run")

@@ -8,7 +8,7 @@ from typing import Dict, List
 from soak_trends import Sample
 
 ACKNOWLEDGED = "goal to acknowledgement"
-ACCEPTED = "goal to acceptance"
+ACCEPTED = "goal or end of step to acceptance"
 REACTION = "answer to next action"
 PROCESSOR = "processor time for an action"
 BUSY = "slow-down by other processes"
@@ -33,6 +33,7 @@ class SoakLatencies:
         self._used: Dict[int, float] = {}  # processor time by processes, at the last sample
         self._actions = self._actions_before = 0  # in all, and at the last sample
         self._answered: Dict[str, float] = {}  # robots that may have more to do
+        self._last_input = -1.0  # in wall time
 
     def measure(self, name: str, began: float, seconds: float, wall: float) -> None:
         """Adds a sample.
@@ -45,6 +46,24 @@ class SoakLatencies:
         """
         if began >= 0:
             self.samples[name].append(Sample(seconds, wall - began))
+
+    def arrives(self, wall: float) -> None:
+        """The loop has got a message, which may end its step."""
+        self._last_input = wall
+
+    def accepts(self, sent: float, seconds: float, wall: float) -> None:
+        """A goal is accepted, which is done at the end of a step.
+
+        So it counts from the message on that has ended the step, if that came after the goal: how
+        long robots drive says nothing about the loop.
+
+        Args:
+            sent: When the client has sent it, in wall time; less than 0 if it does not count.
+            seconds: When it is accepted, in simulated time.
+            wall: Likewise, in wall time.
+        """
+        began = max(sent, self._last_input) if sent >= 0 else sent
+        self.measure(ACCEPTED, began, seconds, wall)
 
     def answers(self, robot: str, wall: float) -> None:
         """A robot has answered, and may be told to do something else."""

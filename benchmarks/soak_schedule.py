@@ -20,6 +20,8 @@ _CANCELLED, _SENSELESS, _TWICE, _TIMED = 0.2, 0.05, 0.05, 0.2  # of the requests
 _CANCEL_SECONDS = 90.0  # after which a client changes its mind, on average
 _BOX_SECONDS = (60.0, 240.0)  # for which a way is blocked
 _TOLD = 0.5  # of the blocked ways
+_FAULTS = (0.002, 0.001, 0.0005)  # in a second: slip, a stuck wheel, and both for long
+_ALWAYS = "times: 1000000"
 
 
 class Asking(NamedTuple):
@@ -73,12 +75,14 @@ class Places(NamedTuple):
         ways: Waypoints next to each other.
         nodes: The nodes that are ended; if there are none, none is.
         robots: How many robots there are, which is how much is asked for.
+        sparse: How many times as long it is from one disturbance to the next of its kind.
     """
 
     offices: Sequence[str]
     ways: Sequence[Tuple[str, str]]
     nodes: Sequence[str]
     robots: int
+    sparse: float = 1.0
 
 
 def disturbances(seed: int, places: Places) -> Iterator[Tuple[float, Disturbance]]:
@@ -95,16 +99,22 @@ def disturbances(seed: int, places: Places) -> Iterator[Tuple[float, Disturbance
     yield from heapq.merge(*kinds, key=lambda drawn: drawn[0])
 
 
-def faults(seed: int) -> str:
-    """Returns the file of faults for the simulator: noise, slip, and wheels that get stuck."""
+def faults(seed: int, sparse: float = 1.0) -> str:
+    """Returns the file of faults for the simulator: noise, slip, and wheels that get stuck.
+
+    Args:
+        seed: Of the draws.
+        sparse: How many times as rare those are that come and go.
+    """
+    slip, stuck, both = (each / sparse for each in _FAULTS)
     return f"""\
 seed: {seed}
 faults:
   - {{fault: laser_noise, sigma: 0.02, dropout: 0.05}}
   - {{fault: odometry_noise, sigma: 0.02}}
-  - {{fault: slip, when: {{probability: 0.002, times: 1000000}}, lasts: 10, loss: 0.4}}
-  - {{fault: stuck_wheel, when: {{probability: 0.001, times: 1000000}}, lasts: 5, wheel: left}}
-  - {{fault: stuck_wheel, when: {{probability: 0.0005, times: 1000000}}, lasts: 25, wheel: both}}
+  - {{fault: slip, when: {{probability: {slip:g}, {_ALWAYS}}}, lasts: 10, loss: 0.4}}
+  - {{fault: stuck_wheel, when: {{probability: {stuck:g}, {_ALWAYS}}}, lasts: 5, wheel: left}}
+  - {{fault: stuck_wheel, when: {{probability: {both:g}, {_ALWAYS}}}, lasts: 25, wheel: both}}
 """
 
 
@@ -122,7 +132,7 @@ def _times(dice: random.Random, mean: float) -> Iterator[float]:
 
 def _askings(seed: int, places: Places) -> Iterator[Tuple[float, Disturbance]]:
     dice = random.Random(f"requests {seed}")
-    for seconds in _times(dice, REQUEST_SECONDS / places.robots):
+    for seconds in _times(dice, places.sparse * REQUEST_SECONDS / places.robots):
         origin, destination = dice.sample(sorted(places.offices), 2)
         kind, cancel, delay = dice.random(), dice.random(), dice.expovariate(1 / _CANCEL_SECONDS)
         when = dice.choice([",urgent", f",by({dice.randint(60, 600)})"])
@@ -136,12 +146,12 @@ def _askings(seed: int, places: Places) -> Iterator[Tuple[float, Disturbance]]:
 
 def _blockings(seed: int, places: Places) -> Iterator[Tuple[float, Disturbance]]:
     dice = random.Random(f"ways {seed}")
-    for seconds in _times(dice, BLOCK_SECONDS):
+    for seconds in _times(dice, places.sparse * BLOCK_SECONDS):
         way = dice.choice(sorted(places.ways))
         yield seconds, Blocking(way, dice.uniform(*_BOX_SECONDS), dice.random() < _TOLD)
 
 
 def _endings(seed: int, places: Places) -> Iterator[Tuple[float, Disturbance]]:
     dice = random.Random(f"nodes {seed}")
-    for seconds in _times(dice, END_SECONDS) if places.nodes else ():
+    for seconds in _times(dice, places.sparse * END_SECONDS) if places.nodes else ():
         yield seconds, Ending(dice.choice(sorted(places.nodes)), dice.choice([KILL, INTERRUPT]))

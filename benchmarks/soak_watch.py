@@ -15,7 +15,7 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.words import SUCCESS
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
 from rosoclingo_gazebo.demo.journal_validator import JournalValidator
-from soak_latencies import ACCEPTED, ACKNOWLEDGED, BUSY, SoakLatencies, slow_down
+from soak_latencies import ACKNOWLEDGED, BUSY, SoakLatencies, slow_down
 from soak_records import Incident, Violation, WatchedGoal, WatchedNode
 from soak_trends import Sample
 
@@ -140,6 +140,8 @@ class SoakWatch:
             self._learn(event, seconds, wall)
 
     def _learn(self, event: journal.Event, seconds: float, wall: float) -> None:
+        if isinstance(event, journal.MessageArrived):
+            self.latencies.arrives(wall)
         if isinstance(event, journal.StatusSet):
             self._set_status(event, seconds, wall)
         elif isinstance(event, journal.MessageArrived) and event.source in self._acts:
@@ -177,7 +179,7 @@ class SoakWatch:
             self.wrong(seconds, f"{event.goal}, {known.request}, is canceled: nobody asks for it")
         known.status = event.status.value
         if event.status is journal.Status.ACCEPTED and known.finds_slot:
-            self.latencies.measure(ACCEPTED, known.wall, seconds, wall)
+            self.latencies.accepts(known.wall, seconds, wall)
 
     def _happens_in(self, event: journal.MessageArrived, seconds: float) -> None:
         """An action of a robot has ended."""

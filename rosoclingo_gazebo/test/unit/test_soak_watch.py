@@ -281,6 +281,16 @@ def test_latencies_that_do_not_count(run: Watched) -> None:
     assert len(run.watch.latencies.samples[ACKNOWLEDGED]) == 1
 
 
+def test_a_drive_is_no_latency_of_acceptance(run: Watched) -> None:
+    run.watch.sends("g1", "bring(a,b)", run.seconds, run.seconds, finds_slot=True)
+    run.note(GoalArrived("g1", "bring(a,b)"), ActionPublished("r1", "go(c)"))
+    run.seconds += 50.0
+    run.note(MessageArrived("r1", "success"), StatusSet("g1", Status.ACCEPTED, "1"))
+    run.watch.sends("g2", "bring(b,a)", run.seconds, run.seconds, finds_slot=True)
+    run.note(GoalArrived("g2", "bring(b,a)"), StatusSet("g2", Status.ACCEPTED, "2"))
+    assert [one.value for one in run.watch.latencies.samples[ACCEPTED]] == [1.0, 2.0]
+
+
 def samples(slope: float, life_hours: float = 1.0) -> List[Sample]:
     """Returns three hours of samples that rise by so much an hour, in each life anew."""
     found = []
@@ -357,6 +367,9 @@ def test_draws() -> None:
     drawn = list(itertools.islice(disturbances(5, PLACES), 2000))
     assert drawn == list(itertools.islice(disturbances(5, PLACES), 2000))
     assert drawn != list(itertools.islice(disturbances(6, PLACES), 2000))
+    rare = list(itertools.islice(disturbances(5, PLACES._replace(sparse=6.0)), 2000))
+    assert [deed for _, deed in rare] == [deed for _, deed in drawn]
+    assert rare[-1][0] == pytest.approx(20.0 + 6 * (drawn[-1][0] - 20.0))
     assert drawn == sorted(drawn, key=lambda one: one[0])
     kinds = Counter(type(what) for _, what in drawn)
     assert min(kinds[kind] for kind in (Asking, Blocking, Ending)) > 100
