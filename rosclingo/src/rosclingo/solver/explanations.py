@@ -48,6 +48,7 @@ from clingo import Function, Number, Symbol, SymbolType
 from clingo.symbolic_atoms import SymbolicAtoms
 
 from rosclingo.errors import shorten
+from rosclingo.solver.arithmetic import LARGEST
 from rosclingo.solver.diagnosis import CaseFact, Diagnosis, diagnose
 from rosclingo.solver.new_facts import NewFacts
 
@@ -57,7 +58,6 @@ EXPLANATIONS = "explanations"
 _ARITIES = {"cause": 3, "usual": 3, "observed": 3, "excludes": 3, "makes": 4, "may_make": 4}
 
 _MOST_CASES = 4  # of which the explanations are kept
-_LARGEST = 2**31 - 1  # of clingo's numbers
 
 
 class CauseFinder:
@@ -148,10 +148,10 @@ class CauseFinder:
         totals: Dict[Symbol, int] = {}
         for (case, _), number in weights.items():
             totals[case] = totals.get(case, 0) + number
-            if totals[case] > _LARGEST:
+            if totals[case] > LARGEST:
                 raise ValueError(
                     f"the causes of the case {shorten(str(case))} have surprises of more than "
-                    f"{_LARGEST} together"
+                    f"{LARGEST} together"
                 )
 
 
@@ -169,7 +169,7 @@ def _whole(symbol: Symbol, least: int, where: object) -> int:
     return symbol.number
 
 
-def _terms(diagnosis: Diagnosis) -> List[Symbol]:
+def _terms(diagnosis: Diagnosis[Symbol]) -> List[Symbol]:
     terms = []
     for number, one in enumerate(diagnosis.kept, 1):
         place = Number(number)
