@@ -21,7 +21,7 @@ from rosoclingo_simulator.faults.kinds import (
     FaultTrigger,
     WrongPose,
 )
-from rosoclingo_simulator.faults.source import FaultSource, FaultValue, load_faults
+from rosoclingo_simulator.faults.source import FaultValue, load_faults
 from rosoclingo_simulator.physics.faulty import Disturbance
 from rosoclingo_simulator.physics.obstacles import PassageEnd
 from rosoclingo_simulator.physics.physics import Pose
@@ -44,10 +44,7 @@ def read_faults(faults: Union[Path, Mapping[str, Any]], waypoints: Waypoints) ->
     Raises:
         FaultError: The file cannot be read, or something in it is wrong; the message says where.
     """
-    if isinstance(faults, Path):
-        top = load_faults(faults)
-    else:
-        top = FaultValue(FaultSource("~faults"), dict(faults))
+    top = load_faults(faults) if isinstance(faults, Path) else FaultValue("~faults", dict(faults))
     entries = top.entries("seed", "faults")
     if "faults" not in entries:
         raise top.wrong("faults is missing; add a list, such as faults: [{fault: slip}]")
