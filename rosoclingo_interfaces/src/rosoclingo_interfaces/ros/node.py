@@ -186,7 +186,7 @@ def publish_about(
         The publisher, which has to be kept.
     """
     does: Dict[str, Any] = {} if actuators is None else {"actuators": list(actuators)}
-    said = about("rosoclingo_interfaces", sys.argv[1:], {}, messages=list(messages), **does)
+    said = about("rosoclingo_interfaces", sys.argv[1:], messages=list(messages), **does)
     latched = publisher("~about", String, latch=True)
     latched.publish(said)
     return latched
