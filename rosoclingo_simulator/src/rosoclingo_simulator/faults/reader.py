@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Union
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term
 from rosoclingo_interfaces.errors import WaypointError
-from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
+from rosoclingo_interfaces.navigation.waypoints import Waypoints
 from rosoclingo_simulator.faults.kinds import (
     AtPlace,
     AtTime,
@@ -150,7 +150,7 @@ def _closed_door(item: FaultValue, entries: _Entries, waypoints: Waypoints) -> C
 
 def _passage_end(value: FaultValue, pose: Pose) -> PassageEnd:
     name = value.value if isinstance(value.value, str) else f"({pose.x:g}, {pose.y:g})"
-    return PassageEnd(name, Waypoint(pose.x, pose.y, pose.theta))
+    return PassageEnd(name, pose)
 
 
 def _battery(_: FaultValue, entries: _Entries, waypoints: Waypoints) -> BatteryModel:
@@ -203,12 +203,11 @@ def _pose(value: FaultValue, waypoints: Waypoints) -> Pose:
                 raise value.wrong(f"{key} is missing; add it")
         return _coordinates(value)
     try:
-        waypoint = waypoints.find(str(parse_term(value.text())))
+        return waypoints.find(str(parse_term(value.text())))
     except TermError as err:
         raise value.wrong(f"{value.value!r:.80} is no waypoint: {err}") from err
     except WaypointError as err:
         raise value.wrong(err) from err
-    return Pose(waypoint.x, waypoint.y, waypoint.theta)
 
 
 def _coordinates(value: FaultValue) -> Pose:

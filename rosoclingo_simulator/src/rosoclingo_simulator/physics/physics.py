@@ -8,6 +8,8 @@ from typing import Any, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 
+from rosoclingo_interfaces.navigation.waypoints import Waypoint
+
 ROBOT_RADIUS = 0.18
 """The robot is a disc of this radius, in metres."""
 
@@ -37,23 +39,8 @@ Velocity = Tuple[float, float]
 """Speed and speed of turning, in m/s and rad/s."""
 
 
-@dataclass(frozen=True)
-class Pose:
-    """A place on the floor, and a direction.
-
-    Attributes:
-        x: In metres.
-        y: In metres.
-        theta: In radians, counter-clockwise from the x-axis.
-    """
-
-    x: float
-    y: float
-    theta: float
-
-    def distance(self, other: Pose) -> float:
-        """Returns how far two places are apart, in metres."""
-        return math.hypot(other.x - self.x, other.y - self.y)
+Pose = Waypoint
+"""A place on the floor, and a direction."""
 
 
 @dataclass(frozen=True)

@@ -214,10 +214,8 @@ def _starts(settings: Settings, world: OccupancyMap, waypoints: Waypoints) -> Li
         "the robot": ("~initial_pose, or ROBOT_INITIAL_POSE with a launch file", settings.pose)
     }
     if settings.fleet:
-        found = {name: waypoints.find(waypoint) for name, waypoint in settings.fleet.items()}
-        places = {
-            name: ("~fleet", Pose(place.x, place.y, place.theta)) for name, place in found.items()
-        }
+        fleet = settings.fleet.items()
+        places = {name: ("~fleet", waypoints.find(waypoint)) for name, waypoint in fleet}
     starts: Dict[str, Pose] = {}
     for name, (remedy, pose) in places.items():
         if world.clearance(pose.x, pose.y) < ROBOT_RADIUS:
