@@ -13,7 +13,7 @@ from std_msgs.msg import String
 from rosclingo.ros.low_latency import publisher
 from rosoclingo_simulator.faults.battery import Battery
 from rosoclingo_simulator.faults.injector import FaultInjector
-from rosoclingo_simulator.faults.schedule import FaultState
+from rosoclingo_simulator.faults.schedule import FaultState, report_faults
 from rosoclingo_simulator.ros.messages import RobotNames
 
 _BATTERY_SECONDS = 1.0  # of simulated time, from one message about a battery to the next
@@ -62,8 +62,8 @@ class FaultPublisher:
                 topic.publish(message)
 
     def _publish(self, time: float) -> None:
-        report = {"time": round(time, 3), "faults": self._injector.schedule.report()}
-        self._faults.publish(json.dumps(report))
+        told = {"time": round(time, 3), "faults": report_faults(self._injector.states)}
+        self._faults.publish(json.dumps(told))
 
 
 def battery_message(battery: Battery) -> BatteryState:
