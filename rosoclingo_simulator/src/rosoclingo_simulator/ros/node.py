@@ -6,6 +6,7 @@ import concurrent.futures
 import sys
 import threading
 import time
+from functools import partial
 from typing import (
     TYPE_CHECKING,
     Callable,
@@ -62,6 +63,7 @@ _SECONDS_TO_END = 1.0  # likewise, for its last step
 # Likewise, from one message of /clock to the next, at least: at speed 10, those of every second
 # step. All nodes listen, and none of them does anything in less.
 _CLOCK_SECONDS = 0.008
+_SLOW = "too slow: simulated time goes %.2g times as fast as real time"
 _Returned = TypeVar("_Returned")
 
 
@@ -117,7 +119,7 @@ class SimulatorNode:
         self._service = rospy.Service("~obstacle", Obstacle, self._obstacle)
         self._pace: Union[Pacer, FollowedClock]
         if settings.clock:
-            self._pace = Pacer(settings.speed, self._on_slow, sleep=self._stop.wait)
+            self._pace = Pacer(settings.speed, partial(rospy.logwarn, _SLOW), sleep=self._stop.wait)
         else:
             self._pace = followed = FollowedClock(rospy.logwarn)
             self._followed = subscriber(
@@ -176,9 +178,6 @@ class SimulatorNode:
             return ObstacleResponse(False, str(err))
         rospy.loginfo("%s", message)
         return ObstacleResponse(True, message)
-
-    def _on_slow(self, speed: float) -> None:
-        rospy.logwarn("too slow: simulated time goes %.2g times as fast as real time", speed)
 
 
 def _about(settings: Settings) -> str:

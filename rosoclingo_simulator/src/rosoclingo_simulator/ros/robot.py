@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Callable, List, Optional
+from typing import TYPE_CHECKING, Any, Callable, List, Optional, Union
 
 import rospy
 from geometry_msgs.msg import TransformStamped, Twist
@@ -56,16 +56,17 @@ class Robot:
         self._camera = camera
         if camera is not None:
             self.fixed += camera.transforms()
-        self._localisation: Optional[Localisation] = None
+        self._parts: List[Union[Localisation, Navigation, Publications]] = []
         if localisation:
-            self._localisation = Localisation(simulation, names, calls, ask)
-            self.fixed += self._localisation.fixed
-        self._navigation: Optional[Navigation] = None
+            known = Localisation(simulation, names, calls, ask)
+            self.fixed += known.fixed
+            self._parts.append(known)
         self._goals: Optional[GoalServer] = None
         if simulation.move_base is not None:
-            self._navigation = Navigation(simulation, simulation.move_base, names, ask)
+            self._parts.append(Navigation(simulation, simulation.move_base, names, ask))
             self._goals = GoalServer(simulation, simulation.move_base, names, calls)
         self._publications = Publications(simulation, names)
+        self._parts.append(self._publications)
         self._subscriber = subscriber(names.topic("cmd_vel"), Twist, self._on_command)
 
     def prepare(self) -> None:
@@ -74,11 +75,8 @@ class Robot:
 
     def publish(self, stamp: rospy.Time) -> None:
         """Tells of a step."""
-        if self._localisation is not None:
-            self._localisation.publish(stamp)
-        if self._navigation is not None:
-            self._navigation.publish(stamp)
-        self._publications.publish(stamp)
+        for part in self._parts:
+            part.publish(stamp)
 
     def answer(self, stamp: rospy.Time) -> None:
         """Sends results of goals, and publishes images, after the clock."""
