@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from functools import partial
 from typing import Callable, Dict, List
 
 import rospy
@@ -110,14 +111,12 @@ class RequestClient:
     def _send(self, order: Order) -> None:
         self._say(str(order))
 
-        def on_transition(handle: ClientGoalHandle) -> None:
-            self._on_transition(order, handle)
-
         def on_feedback(_: ClientGoalHandle, message: ROSoClingoFeedback) -> None:
             if self._orders.heard(order, message.status):
                 self._say(str(order))
 
         goal = ROSoClingoGoal(order.bring.request, order.bring.information)
+        on_transition = partial(self._on_transition, order)
         self._sent.append(self._action.send_goal(goal, on_transition, on_feedback, order.id))
 
     def cancel(self, number: int) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, Dict, List, NoReturn
+from typing import Any, Callable, List, NoReturn
 
 import rospy
 from actionlib_msgs.msg import GoalStatus
@@ -95,7 +95,8 @@ class MarkerNode:
 
     def _on_dispatch(self, message: ROSoClingoDispatch) -> None:
         self._run = message.run
-        self._situation.set_numbers(_open(message))
+        actions = (one for one in message.actions if one.state != ROSoClingoToken.ANSWERED)
+        self._situation.set_numbers({one.number: one.id for one in actions})
 
     def _on_heartbeat(self, message: ROSoClingoHeartbeat) -> None:
         with self._lock:
@@ -113,11 +114,6 @@ class MarkerNode:
             lambda name: self._robot.replace(ROBOT_TOPICS, name),
         )
         self._markers.publish(message)
-
-
-def _open(message: ROSoClingoDispatch) -> Dict[int, str]:
-    """Returns the numbers of the actions that are not answered, with whose they are."""
-    return {one.number: one.id for one in message.actions if one.state != ROSoClingoToken.ANSWERED}
 
 
 def main() -> NoReturn:
