@@ -191,8 +191,8 @@ def _number(entries: _Entries, key: str, default: float, most: float) -> float:
 def _place(
     value: FaultValue, within: Optional[FaultValue], default: float, waypoints: Waypoints
 ) -> AtPlace:
-    pose = _pose(value, waypoints)
-    return AtPlace(pose.x, pose.y, within.positive() if within is not None else default)
+    metres = default if within is None else within.positive()
+    return AtPlace(_pose(value, waypoints), metres)
 
 
 def _pose(value: FaultValue, waypoints: Waypoints) -> Pose:

@@ -13,7 +13,7 @@ from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.navigation.waypoints import Waypoints
 from rosoclingo_simulator.errors import ObstacleError
 from rosoclingo_simulator.physics.occupancy import OccupancyMap
-from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, Box, Physics, Pose
+from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, Box, Pose, SharedSpace
 
 _LENGTH_METRES = 0.4  # of a box, along the way
 _GAP_METRES = 0.1  # left on either side, too narrow for the robot
@@ -47,7 +47,7 @@ class Obstacles:
 
     world: OccupancyMap
     waypoints: Waypoints
-    physics: Physics
+    physics: SharedSpace
     _names: Set[str] = field(default_factory=set)  # of boxes, the same in both directions of a way
 
     def obey(self, command: str) -> str:

@@ -71,6 +71,20 @@ class Box:
         )
 
 
+class SharedSpace(Protocol):
+    """The world of all robots of a kind of physics, and boxes in it. One thread uses it."""
+
+    @property
+    def robots(self) -> Sequence[Pose]:
+        """The poses of all robots of the world."""
+
+    def put(self, name: str, box: Box) -> None:
+        """Puts a box into the world, in place of the one of the same name if there is one."""
+
+    def remove(self, name: str) -> None:
+        """Takes a box away; does nothing if there is none of the name."""
+
+
 class Physics(Protocol):
     """The physics of a robot in a world. One thread uses it."""
 
@@ -91,22 +105,12 @@ class Physics(Protocol):
         """The true pose of the robot in the map."""
 
     @property
-    def robots(self) -> Sequence[Pose]:
-        """The poses of all robots of the world."""
-
-    @property
     def velocity(self) -> Velocity:
         """The true velocity of the robot by its wheels, in m/s and rad/s."""
 
     @property
     def touches(self) -> bool:
         """The contact of the robot with a wall, a box or another robot, now or in the last step."""
-
-    def put(self, name: str, box: Box) -> None:
-        """Puts a box into the world, in place of the one of the same name if there is one."""
-
-    def remove(self, name: str) -> None:
-        """Takes a box away; does nothing if there is none of the name."""
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
         """Returns the ranges of a laser in the robot's centre.

@@ -42,7 +42,7 @@ from rosoclingo_simulator.pacer import Pacer
 from rosoclingo_simulator.physics.kinematic import KinematicPhysics
 from rosoclingo_simulator.physics.obstacles import Obstacles
 from rosoclingo_simulator.physics.occupancy import OccupancyMap, read_map
-from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, STEP_SECONDS, Physics, Pose
+from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, STEP_SECONDS, Pose
 from rosoclingo_simulator.ros import messages
 from rosoclingo_simulator.ros.faults import FaultPublisher
 from rosoclingo_simulator.ros.localisation import MapServer
@@ -51,6 +51,7 @@ from rosoclingo_simulator.ros.settings import Settings, read_settings
 from rosoclingo_simulator.srv import Obstacle, ObstacleRequest, ObstacleResponse
 
 if TYPE_CHECKING:
+    from rosoclingo_simulator.physics.mujoco.mujoco_physics import MujocoPhysics
     from rosoclingo_simulator.ros.camera import CameraPublisher
 
 _USAGE = """usage: simulator.py [_PARAMETER:=VALUE]... [ROS remappings]
@@ -234,7 +235,7 @@ def _bodies(
     world: OccupancyMap,
     starts: Sequence[Pose],
     names: Sequence[messages.RobotNames],
-) -> List[Tuple[Physics, Optional[CameraPublisher]]]:
+) -> List[Tuple[Union[KinematicPhysics, MujocoPhysics], Optional[CameraPublisher]]]:
     """Starts the kind of physics that is wanted, for each robot, and cameras if it has them."""
     if settings.physics == "kinematic":
         first = KinematicPhysics(world, starts[0])
