@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import concurrent.futures
-import sys
 import threading
 import time
 from functools import partial
@@ -25,7 +24,7 @@ from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros.init import give_up, init_node, spin
+from rosclingo.ros.init import init_node, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
 from rosoclingo_interfaces.ros.topics import publishers
@@ -59,12 +58,12 @@ _USAGE = """usage: simulator.py [_PARAMETER:=VALUE]... [ROS remappings]
 Simulates robots with lasers, obstacles and, unless told otherwise, localisation and move_base.
 Parameters, such as _speed:=10, are described in the package's README."""
 
+_SLOW = "too slow: simulated time goes %.2g times as fast as real time"
 _SECONDS_TO_ANSWER = 10.0  # of wall time, for the simulation's thread
 _SECONDS_TO_END = 1.0  # likewise, for its last step
 # Likewise, from one message of /clock to the next, at least: at speed 10, those of every second
 # step. All nodes listen, and none of them does anything in less.
 _CLOCK_SECONDS = 0.008
-_SLOW = "too slow: simulated time goes %.2g times as fast as real time"
 _Returned = TypeVar("_Returned")
 
 
@@ -139,7 +138,6 @@ class SimulatorNode:
         for robot in self._robots:
             robot.close()
         self._stopped.set()
-        spin()  # until the master knows that this node is gone
 
     def _step(self, jump: float) -> None:
         """Simulates and publishes one step; the clock comes after the messages that it stamps."""
@@ -259,13 +257,13 @@ def main() -> NoReturn:
     init_node("simulator", usage=_USAGE)
     if not rospy.get_param("/use_sim_time", False):
         rospy.logwarn("/use_sim_time is not set: other nodes do not go by the simulator's clock")
-    try:
-        settings = read_settings()
-        if settings.clock:
-            _warn_of_another_clock()
-        node = SimulatorNode(settings)
-    except RosclingoError as err:
-        give_up(err)
+    run_node(_simulate)
+
+
+def _simulate() -> None:
+    settings = read_settings()
+    if settings.clock:
+        _warn_of_another_clock()
+    node = SimulatorNode(settings)
     rospy.loginfo("simulates %s", _about(settings))
     node.run()
-    sys.exit(0)
