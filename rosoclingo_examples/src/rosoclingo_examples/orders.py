@@ -120,7 +120,7 @@ class Orders:
             file: Where they are kept; None for nowhere.
 
         Raises:
-            StoreError: The file cannot be read or written, or another process has it.
+            LedgerError: The file cannot be read or written, or another process has it.
         """
         self._file = file
         self._lock = threading.RLock()  # guards all below; held while the file is written
@@ -136,7 +136,7 @@ class Orders:
         """Adds a request, with the next number from 1 on.
 
         Raises:
-            StoreError: It cannot be kept, and is not to be sent.
+            LedgerError: It cannot be kept, and is not to be sent.
         """
         with self._lock:
             order = Order(max(self._orders, default=0) + 1, bring)
@@ -153,7 +153,7 @@ class Orders:
 
         Raises:
             LineError: There is none of this number that could be cancelled.
-            StoreError: That cannot be kept.
+            LedgerError: That cannot be kept.
         """
         with self._lock:
             order = self._orders.get(number)

@@ -104,7 +104,7 @@ class RequestClient:
         """Sends a request.
 
         Raises:
-            StoreError: It cannot be kept, and is not sent.
+            LedgerError: It cannot be kept, and is not sent.
         """
         self._send(self._orders.add(bring))
 
@@ -124,7 +124,7 @@ class RequestClient:
 
         Raises:
             LineError: There is none of this number that could be cancelled.
-            StoreError: That cannot be kept, and nothing is sent.
+            LedgerError: That cannot be kept, and nothing is sent.
         """
         order = self._orders.cancel(number)
         self._say(f"[{number}] {order.bring}: cancel requested")
