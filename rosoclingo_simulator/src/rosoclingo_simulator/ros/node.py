@@ -143,7 +143,6 @@ class SimulatorNode:
         """Simulates and publishes one step; the clock comes after the messages that it stamps."""
         for robot in self._robots:
             robot.simulation.begin += jump
-            robot.prepare()
         self._fleet.step()
         first = self._robots[0].simulation
         stamp = rospy.Time.from_sec(first.now)

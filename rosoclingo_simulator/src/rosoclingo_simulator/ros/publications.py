@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Optional
 
 import rospy
@@ -40,6 +41,7 @@ class Publications:
         self._odom = publisher(names.topic("odom"), Odometry)
         self._truth = publisher(names.topic("ground_truth"), Odometry)
         self._scan = publisher(names.topic("scan"), LaserScan)
+        simulation.is_watched = partial(_listened, self._scan)
         self._touches = publisher(names.topic("~touches"), Bool, latch=True)
 
         self._odom_message = messages.odometry(names.odom, names.footprint)
@@ -47,11 +49,6 @@ class Publications:
         self._transform = messages.transform(names.odom, names.footprint, simulation.odometry)
         self._told_scan: Optional[Scan] = None
         self._told_touches: Optional[bool] = None
-
-    @property
-    def scan_is_wanted(self) -> bool:
-        """Whether the laser's topic has a subscriber."""
-        return _listened(self._scan)
 
     def publish(self, stamp: rospy.Time) -> None:
         """Publishes the changes of a step."""

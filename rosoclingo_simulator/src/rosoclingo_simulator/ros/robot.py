@@ -65,13 +65,8 @@ class Robot:
         if simulation.move_base is not None:
             self._parts.append(Navigation(simulation, simulation.move_base, names, ask))
             self._goals = GoalServer(simulation, simulation.move_base, names, calls)
-        self._publications = Publications(simulation, names)
-        self._parts.append(self._publications)
+        self._parts.append(Publications(simulation, names))
         self._subscriber = subscriber(names.topic("cmd_vel"), Twist, self._on_command)
-
-    def prepare(self) -> None:
-        """Prepares a step: requests a scan if one is wanted."""
-        self.simulation.watched = self._publications.scan_is_wanted
 
     def publish(self, stamp: rospy.Time) -> None:
         """Tells of a step."""
