@@ -12,7 +12,6 @@ from rosoclingo_simulator.calls import Calls
 from rosoclingo_simulator.navigation.follower import VelocityCommand
 from rosoclingo_simulator.navigation.simulation import Simulation
 from rosoclingo_simulator.ros import messages
-from rosoclingo_simulator.ros.action import GoalServer
 from rosoclingo_simulator.ros.localisation import Localisation
 from rosoclingo_simulator.ros.navigation import Navigation
 from rosoclingo_simulator.ros.publications import Publications
@@ -61,10 +60,10 @@ class Robot:
             known = Localisation(simulation, names, calls, ask)
             self.fixed += known.fixed
             self._parts.append(known)
-        self._goals: Optional[GoalServer] = None
+        self._navigation: Optional[Navigation] = None
         if simulation.move_base is not None:
-            self._parts.append(Navigation(simulation, simulation.move_base, names, ask))
-            self._goals = GoalServer(simulation, simulation.move_base, names, calls)
+            self._navigation = Navigation(simulation, simulation.move_base, names, calls, ask)
+            self._parts.append(self._navigation)
         self._parts.append(Publications(simulation, names))
         self._subscriber = subscriber(names.topic("cmd_vel"), Twist, self._on_command)
 
@@ -75,8 +74,8 @@ class Robot:
 
     def answer(self, stamp: rospy.Time) -> None:
         """Sends results of goals, and publishes images, after the clock."""
-        if self._goals is not None:
-            self._goals.update()
+        if self._navigation is not None:
+            self._navigation.update()
         if self._camera is not None:
             self._camera.update(self.simulation.time, stamp)
 
