@@ -15,7 +15,7 @@ from waiting import TIMEOUT, wait_for
 
 from rosclingo.ros.local_master import executable
 from rosclingo.ros.master import Master
-from rosclingo.ros.ports import free_port
+from rosclingo.ros.ports import reserve_port
 
 # By which rosrun finds executables.
 SEARCHED = ("CMAKE_PREFIX_PATH", "PATH", "ROS_PACKAGE_PATH")
@@ -75,7 +75,8 @@ class Terminals:
     """Starts commands, and ends those that still run when it is closed."""
 
     def __init__(self, folder: Path) -> None:
-        self._port = free_port()
+        with reserve_port() as reserved:
+            self._port: int = reserved.getsockname()[1]
         logs = folder / "log"
         logs.mkdir()
         self.environment = {

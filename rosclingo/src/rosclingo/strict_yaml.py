@@ -89,13 +89,9 @@ def load(text: str, loader: Type[Any] = ScalarValues) -> Any:
         yaml.YAMLError: The text is no YAML, is nested too deeply, has a number that is too large,
             too many values, or a name twice; the message says where.
     """
-    with _told():
-        made = loader(text)
-        try:
-            node = _compose(made)
-            return None if node is None else made.construct_document(node)
-        finally:
-            made.dispose()
+    with _reader(text, loader) as reader:
+        node = _compose(reader)
+        return None if node is None else reader.construct_document(node)
 
 
 def compose(text: str, loader: Type[Any] = ScalarValues) -> Any:
@@ -104,19 +100,19 @@ def compose(text: str, loader: Type[Any] = ScalarValues) -> Any:
     Raises:
         yaml.YAMLError: As in :func:`load`, but for what values and names say.
     """
-    with _told():
-        made = loader(text)
-        try:
-            return _compose(made)
-        finally:
-            made.dispose()
+    with _reader(text, loader) as reader:
+        return _compose(reader)
 
 
 @contextlib.contextmanager
-def _told() -> Iterator[None]:
-    """A context that shortens PyYAML's messages, which quote all of a long name."""
+def _reader(text: str, loader: Type[Any]) -> Iterator[Any]:
+    """A loader of a text, whose messages are shortened, as they quote all of a long name."""
     try:
-        yield
+        made = loader(text)
+        try:
+            yield made
+        finally:
+            made.dispose()
     except StrictYamlError:
         raise
     except yaml.MarkedYAMLError as err:

@@ -32,7 +32,7 @@ SLOW = 30.0
 def health_of(activity: SolverActivity, seconds: float = 0.0, **more: Any) -> Health:
     """Returns what is said some seconds after the solver has begun what it does."""
     more.setdefault("slow_seconds", SLOW)
-    return solver_health(activity, activity.since + seconds, **more)
+    return solver_health(activity, activity.doing[1] + seconds, **more)
 
 
 def values(health: Health) -> Dict[str, str]:
@@ -64,7 +64,7 @@ def test_what_goes_on_for_long_is_slow(what: str) -> None:
 
 def test_requests_that_wait_and_one_that_has_failed() -> None:
     activity = SolverActivity()
-    failed = FailedRequest("<ground>: there is no program step/1", activity.since + 1.0)
+    failed = FailedRequest("<ground>: there is no program step/1", activity.doing[1] + 1.0)
     health = health_of(activity, 5.0, waiting=2, failed=failed)
     assert health.level is HealthLevel.OK  # its client was told
     assert values(health)["requests in the queue"] == "2"

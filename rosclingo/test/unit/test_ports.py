@@ -10,15 +10,21 @@ import pytest
 from rosclingo.ros import ports
 
 
+def free_port() -> int:
+    with ports.reserve_port() as reserved:
+        port: int = reserved.getsockname()[1]
+        return port
+
+
 def test_a_free_port_is_none_that_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.socket() as taken, socket.socket() as server:
-        taken.bind(("", ports.free_port()))
-        other = ports.free_port()
+        taken.bind(("", free_port()))
+        other = free_port()
         monkeypatch.setattr(ports, "_PORTS", [taken.getsockname()[1], other])
-        assert {ports.free_port() for _ in range(20)} == {other}
+        assert {free_port() for _ in range(20)} == {other}
         monkeypatch.setattr(ports, "_PORTS", [taken.getsockname()[1]])
         with pytest.raises(OSError, match="no free TCP port"):
-            ports.free_port()
+            free_port()
         server.bind(("", other))
 
 
@@ -27,10 +33,10 @@ def test_a_reserved_port_is_for_one_master(monkeypatch: pytest.MonkeyPatch) -> N
         port = reserved.getsockname()[1]
         monkeypatch.setattr(ports, "_PORTS", [port])
         with pytest.raises(OSError, match="no free TCP port"):
-            ports.free_port()
+            free_port()
         with SimpleXMLRPCServer(("", port)) as server:  # of which the master's is made
             assert server.server_address[1] == port
-    assert ports.free_port() == port
+    assert free_port() == port
 
 
 def test_outgoing_connections_take_other_ports() -> None:

@@ -16,6 +16,7 @@ from waiting import wait_for
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
+from rosclingo.solver.programs import Program
 from rosoclingo.completion.encoding import read_encoding
 from rosoclingo.completion.questions import question_words
 from rosoclingo.completion.shell_line import parse_shell_line
@@ -33,9 +34,7 @@ def launched(file: Path) -> Launched:
     """How a planner says that it was started."""
     arguments = ["-f", str(file)]
     engine = Engine(parse_options(arguments))
-    said = about(
-        "rosclingo run.py", arguments, engine.files, named=engine.named, includes=engine.includes
-    )
+    said = about("rosclingo run.py", arguments, engine.program)
     return Launched.decode("/planner", said)
 
 
@@ -62,9 +61,8 @@ def test_the_process_that_reads_ends_with_whoever_has_started_it(tmp_path: Path)
         "from rosoclingo.completion.encoding import read_encoding\n"
         "read_encoding(Launched.decode('/planner', sys.argv[1]))"
     )
-    text = about(
-        "rosclingo run.py", ["-f", str(file)], {str(file): file.read_text()}, named=[str(file)]
-    )
+    loaded = Program(texts={str(file): file.read_text()}, named=[str(file)])
+    text = about("rosclingo run.py", ["-f", str(file)], loaded)
     with subprocess.Popen([sys.executable, "-c", program, text]) as reader:
         wait_for(lambda: any(map(grounds, children(reader.pid))))
         (process,) = children(reader.pid)

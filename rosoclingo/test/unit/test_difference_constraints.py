@@ -92,7 +92,7 @@ def test_without_the_option(seconds: str) -> None:
 
 
 def test_what_a_run_rests_on() -> None:
-    said = about("rosclingo run.py", ["-f", "a.lp", "--theory=dl"], {})
+    said = about("rosclingo run.py", ["-f", "a.lp", "--theory=dl"])
     assert started_with({"planner": Launched.decode("/planner", said)}) == {
         "the options of planner": "--theory dl"
     }

@@ -8,6 +8,7 @@ from typing import Any, Dict
 import pytest
 
 from rosclingo.solver.about import about
+from rosclingo.solver.programs import Program
 from rosoclingo.errors import LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.unpack import options
@@ -17,7 +18,9 @@ def test_what_is_encoded_is_decoded() -> None:
     words = ["-f", "a", "-c", "n=2"]
     files = {"/x/a.lp": '#include "b.lp".', "/x/b.lp": "\u00e9."}
     includes = {"/x/a.lp": {"b.lp": "/x/b.lp"}}
-    said = about("rosclingo run.py", words, files, named=["/x/a.lp"], includes=includes)
+    said = about(
+        "rosclingo run.py", words, Program(texts=files, named=["/x/a.lp"], includes=includes)
+    )
     node = Launched.decode("/planner", said)
     assert (node.node, node.program, node.arguments) == ("/planner", "rosclingo run.py", (*words,))
     assert node.files == files
@@ -32,10 +35,10 @@ def test_what_is_encoded_is_decoded() -> None:
 
 def test_what_only_some_nodes_say() -> None:
     solvers, parameters = {"planner": "/planner"}, {"patience": 0.5}
-    said = about("rosoclingo run.py", [], {}, solvers=solvers, parameters=parameters)
+    said = about("rosoclingo run.py", [], solvers=solvers, parameters=parameters)
     loop = Launched.decode("/rosoclingo", said)
     assert (loop.solvers, loop.parameters, loop.directory) == (solvers, parameters, "")
-    said = about("rosoclingo_interfaces", [], {}, actuators=[], messages=["door"])
+    said = about("rosoclingo_interfaces", [], actuators=[], messages=["door"])
     interface = Launched.decode("/robot", said)
     assert (interface.actuators, interface.messages) == ((), ("door",))
 

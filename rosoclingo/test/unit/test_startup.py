@@ -98,13 +98,7 @@ def test_links_and_names_that_are_alike(
                       ["-f", f"{up}w/m/r.lp", "-f", f"{up}a/parts/robot.lp"]):  # fmt: skip
         options = parse_options(arguments)
         engine = Engine(options)
-        said = about(
-            "rosclingo run.py",
-            arguments,
-            engine.files,
-            named=engine.named,
-            includes=engine.includes,
-        )
+        said = about("rosclingo run.py", arguments, engine.program)
         recorded = Launched.decode("/planner", said)
         assert recorded.directory == str(tmp_path / directory)
         expected = facts(options.files)

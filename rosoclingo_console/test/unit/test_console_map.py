@@ -30,9 +30,7 @@ def launched(*files: Path) -> Launched:
     """How a planner says that it was started."""
     arguments = [word for file in files for word in ("-f", str(file))]
     engine = Engine(parse_options(arguments))
-    said = about(
-        "rosclingo run.py", arguments, engine.files, named=engine.named, includes=engine.includes
-    )
+    said = about("rosclingo run.py", arguments, engine.program)
     return Launched.decode("/planner", said)
 
 

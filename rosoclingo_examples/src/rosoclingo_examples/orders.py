@@ -120,10 +120,10 @@ class Orders:
             file: Where they are kept; None for nowhere.
 
         Raises:
-            StoreError: The file cannot be read or written, or another process has it.
+            LedgerError: The file cannot be read or written, or another process has it.
         """
         self._file = file
-        self._lock = threading.Lock()  # guards all below; held while the file is written
+        self._lock = threading.RLock()  # guards all below; held while the file is written
         self._orders: Dict[int, Order] = {}
         if file is not None:
             self._guard = reserve(file)  # as long as this process lives
@@ -136,7 +136,7 @@ class Orders:
         """Adds a request, with the next number from 1 on.
 
         Raises:
-            StoreError: It cannot be kept, and is not to be sent.
+            LedgerError: It cannot be kept, and is not to be sent.
         """
         with self._lock:
             order = Order(max(self._orders, default=0) + 1, bring)
@@ -153,7 +153,7 @@ class Orders:
 
         Raises:
             LineError: There is none of this number that could be cancelled.
-            StoreError: That cannot be kept.
+            LedgerError: That cannot be kept.
         """
         with self._lock:
             order = self._orders.get(number)
@@ -197,10 +197,7 @@ class Orders:
     def open(self) -> List[Order]:
         """The requests that have not ended."""
         with self._lock:
-            return self._open()
-
-    def _open(self) -> List[Order]:
-        return [order for order in self._orders.values() if order.end is None]
+            return [order for order in self._orders.values() if order.end is None]
 
     def _write(self) -> None:
         if self._file is None:
@@ -213,7 +210,7 @@ class Orders:
                 "information": order.bring.information,
                 "cancel": order.cancel_requested,
             }
-            for order in self._open()
+            for order in self.open
         ]
         save(self._file, _PART, said)
 

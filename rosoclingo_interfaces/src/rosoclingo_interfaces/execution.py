@@ -94,16 +94,6 @@ class ActionExecution:
             closed, self._closed = self._closed, True
         return not closed
 
-    def wait(self, event: threading.Event, seconds: Optional[float] = None) -> bool:
-        """Waits for an event, at most some time of the node's clock.
-
-        Returns:
-            Whether the event is set.
-        """
-        if seconds is None:
-            return event.wait()
-        return self.wait_until(event, self.seconds + seconds)
-
     def wait_until(self, event: threading.Event, end: float) -> bool:
         """Waits for an event, at most until the action has gone on for so many :attr:`seconds`.
 
@@ -123,7 +113,8 @@ class ActionExecution:
         Raises:
             CanceledError: The action is to stop, maybe since before the call.
         """
-        if self.wait(self.canceled, seconds):
+        end = None if seconds is None else self.seconds + seconds
+        if self.canceled.wait() if end is None else self.wait_until(self.canceled, end):
             raise CanceledError(f"{self} was cancelled")
 
 

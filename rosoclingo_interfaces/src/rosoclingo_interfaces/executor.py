@@ -85,11 +85,6 @@ class Executor:
         self._open = True
 
     @property
-    def busy(self) -> bool:
-        """Whether an action runs."""
-        return bool(self.running)
-
-    @property
     def running(self) -> List[ActionExecution]:
         """The actions that run."""
         with self._lock:

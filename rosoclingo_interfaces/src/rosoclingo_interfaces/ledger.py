@@ -70,7 +70,7 @@ class Ledger:
             file: Where it is kept; None for nowhere, so that a new process knows nothing.
 
         Raises:
-            StoreError: The file cannot be read or written, or another process has it.
+            LedgerError: The file cannot be read or written, or another process has it.
         """
         self._file = file
         self._lock = threading.Lock()  # guards the entries; held while the file is written
@@ -97,7 +97,7 @@ class Ledger:
         """Remembers that an action is about to begin.
 
         Raises:
-            StoreError: It cannot be remembered; the action must not begin.
+            LedgerError: It cannot be remembered; the action must not begin.
         """
         with self._lock:
             entries = {**self._entries, actuator: LedgerEntry(token, action)}
@@ -108,7 +108,7 @@ class Ledger:
         """Remembers the answer that is about to be sent, unless a later action has begun.
 
         Raises:
-            StoreError: It is remembered by this process only.
+            LedgerError: It is remembered by this process only.
         """
         with self._lock:
             known = self._entries.get(actuator)

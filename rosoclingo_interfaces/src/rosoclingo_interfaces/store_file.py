@@ -25,7 +25,7 @@ def save(file: Path, part: str, value: Any) -> None:
         value: The same as a value of JSON.
 
     Raises:
-        StoreError: It cannot be written; the message says why.
+        LedgerError: It cannot be written; the message says why.
     """
     text = json.dumps({"format": _FORMAT, part: value}, indent=1) + "\n"
     try:
@@ -47,7 +47,7 @@ def load(file: Path, part: str, take: Callable[[Any], T], wrong: str, remedy: st
         remedy: What to do then, besides naming another file.
 
     Raises:
-        StoreError: The file cannot be read, or holds something else.
+        LedgerError: The file cannot be read, or holds something else.
     """
     try:
         said = json.loads(file.read_bytes())
@@ -88,7 +88,7 @@ def reserve(file: Path) -> int:
     """Locks a file until this process ends or closes the lock that is returned.
 
     Raises:
-        StoreError: Another one uses it, or there can be no file.
+        LedgerError: Another one uses it, or there can be no file.
     """
     try:
         descriptor = os.open(f"{file}.lock", os.O_WRONLY | os.O_CREAT, 0o644)

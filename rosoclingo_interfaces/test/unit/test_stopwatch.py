@@ -41,6 +41,6 @@ def test_the_first_time_that_comes_is_the_beginning() -> None:
 def test_a_wait_goes_on_after_a_step_back() -> None:
     clock = Times(1686.0, 1686.0, 1688.0, 0.5, 2.5, 3.7, 9.0)
     execution = ActionExecution("robot", clingo.Function("wait"), clock)
-    assert not execution.wait(threading.Event(), 5.0)
+    assert not execution.wait_until(threading.Event(), execution.seconds + 5.0)
     assert clock.looks == 6  # 2 s before the step back, and 3.2 s after it
     assert execution.seconds > 5.0

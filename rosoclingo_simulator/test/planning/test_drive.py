@@ -96,7 +96,7 @@ def test_a_way_with_a_box(
     # Whoever clears the costmap and takes the box away gets through.
     drive = Drive(office, planner, waypoints, way)
     drive.obstacles.obey("block {} {}".format(*way))
-    drive.simulation.watched = True
+    drive.simulation.is_watched = lambda: True
     drive.simulation.step()
     drive.obstacles.obey("unblock {1} {0}".format(*way))
     drive.simulation.move_base.costmap.clear()

@@ -76,7 +76,7 @@ def test_the_example_has_each_kind() -> None:
         ),
         (
             {"fault": "battery", "charging_place": "open1", "within": 2, "level": 0.5},
-            BatteryModel(2.2, 0.5, 0.0001, 0.0005, AtPlace(7, -8, 2), 0.005),
+            BatteryModel(2.2, 0.5, 0.0001, 0.0005, AtPlace(Pose(7, -8, 0), 2), 0.005),
         ),
     ],
 )
@@ -92,8 +92,8 @@ def test_effects(entry: Dict[str, Any], effect: object) -> None:
     [
         (None, AtTime(0), 1),
         ({"time": 7.5}, AtTime(7.5), 1),
-        ({"place": "c2"}, AtPlace(23, -8, 1), 1),
-        ({"place": {"x": 1, "y": 2}, "within": 3, "times": 4}, AtPlace(1, 2, 3), 4),
+        ({"place": "c2"}, AtPlace(Pose(23, -8, 0), 1), 1),
+        ({"place": {"x": 1, "y": 2}, "within": 3, "times": 4}, AtPlace(Pose(1, 2, 0), 3), 4),
         ({"probability": 0.1}, ByChance(0.1, per_metre=False), 1),
         ({"probability": 1, "per": "metre", "times": 2}, ByChance(1, per_metre=True), 2),
     ],

@@ -14,6 +14,7 @@ from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
 from rosoclingo_simulator.errors import FaultError
 from rosoclingo_simulator.faults.injector import FaultInjector
 from rosoclingo_simulator.faults.reader import read_faults
+from rosoclingo_simulator.faults.schedule import report_faults
 from rosoclingo_simulator.navigation.costmap import Costmap
 from rosoclingo_simulator.navigation.follower import Limits
 from rosoclingo_simulator.navigation.move_base import End, MoveBaseDriver
@@ -456,7 +457,7 @@ def test_each_robot_has_its_own_faults() -> None:
         robots=3,
     )
     scene.run(10.0)
-    states = scene.injector.schedule.report()
+    states = report_faults(scene.injector.states)
     begun = {state["robot"]: state["begun"] for state in states if state["fault"] == "slip"}
     assert len({str(times) for times in begun.values()}) == 3
     noisy = [state["robot"] for state in states if state["fault"] == "laser_noise"]

@@ -194,7 +194,7 @@ def test_the_laser_looks_only_when_it_is_of_use(start: Start) -> None:
     simulation = start()
     simulation.step()
     assert simulation.scan is None
-    simulation.watched = True
+    simulation.is_watched = lambda: True
     times = set()
     for _ in range(21):
         simulation.step()

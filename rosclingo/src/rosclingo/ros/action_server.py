@@ -60,11 +60,8 @@ _KEPT_MESSAGES = 100
 _KEPT_SECONDS = 60.0
 
 
-class _Kept(Deque[Tuple[float, str, Any]]):
-    """Messages that their client was not connected for: when, for which node, and the message."""
-
-    def __init__(self) -> None:
-        super().__init__(maxlen=_KEPT_MESSAGES)
+_Kept = Deque[Tuple[float, str, Any]]
+"""Messages that their client was not connected for: when, for which node, and the message."""
 
 
 class LowLatencyActionServer(actionlib.ActionServer):
@@ -96,7 +93,8 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._recalled = recalled
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
         self._ended_ids: OrderedDict[str, None] = OrderedDict()  # likewise
-        self._kept_results, self._kept_feedback = _Kept(), _Kept()
+        self._kept_results: _Kept = deque(maxlen=_KEPT_MESSAGES)
+        self._kept_feedback: _Kept = deque(maxlen=_KEPT_MESSAGES)
         self._results: OrderedDict[str, Any] = OrderedDict()  # by the goals' ids, likewise
         self._results_kept = results_kept
         self._is_canceling = False

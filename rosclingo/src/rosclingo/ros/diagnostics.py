@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 from functools import partial
-from typing import Callable, Dict, NamedTuple, Sequence
+from typing import Callable, Dict, Sequence, Tuple
 
 import rospy
 from diagnostic_updater import DiagnosticStatusWrapper, Updater
@@ -16,25 +16,17 @@ from rosclingo.ros import parameters
 from rosclingo.ros.init import on_shutdown
 
 
-class DiagnosticsParameters(NamedTuple):
-    """The parameters by which a node reports its health.
-
-    Attributes:
-        period: How often, in seconds of the wall clock; 0 for never.
-        slow_seconds: After how long a request, a search or a decision is slow; 0 for never.
-    """
-
-    period: float
-    slow_seconds: float
-
-
-def read_parameters() -> DiagnosticsParameters:
+def read_parameters() -> Tuple[float, float]:
     """Reads ``~diagnostics_period`` and ``~slow_seconds``.
+
+    Returns:
+        How often a node reports its health, in seconds of the wall clock, and after how many a
+        request, a search or a decision is slow; 0 for never.
 
     Raises:
         ParameterError: One of them is wrong.
     """
-    return DiagnosticsParameters(
+    return (
         parameters.number("diagnostics_period", PERIOD_SECONDS, what="seconds"),
         parameters.number("slow_seconds", SLOW_SECONDS, what="seconds"),
     )

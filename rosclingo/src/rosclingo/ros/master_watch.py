@@ -48,8 +48,9 @@ def watch_master() -> None:
     # Called after what is registered later, and after the main thread's end.
     atexit.register(_end_process)
     if is_respawned():
+        names = (rospy.get_name(), _CLOCK)
         with contextlib.suppress(*_NO_ANSWER):
-            _kept.update(_parameters())
+            _kept.update((name, rospy.get_param(name)) for name in names if rospy.has_param(name))
     threading.Thread(target=_watch, name="master", daemon=True).start()
 
 
@@ -72,12 +73,6 @@ def is_respawned() -> bool:
 def exit_status(status: int) -> int:
     """Returns :data:`STATUS` if that is why the node ends, else the status that is given."""
     return STATUS if _unknown.is_set() else status
-
-
-def _parameters() -> Dict[str, Any]:
-    """Returns the node's parameters and which clock it has, by their names."""
-    names = (rospy.get_name(), _CLOCK)
-    return {name: rospy.get_param(name) for name in names if rospy.has_param(name)}
 
 
 def _hand_over(master: rosgraph.Master, kept: Dict[str, Any]) -> None:

@@ -253,14 +253,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
         engine = Engine(options, log=log_clingo)
         init_node("rosclingo")
         engine.use_threads(parameters.threads())
-        described = about(
-            "rosclingo run.py",
-            arguments,
-            engine.files,
-            named=engine.named,
-            includes=engine.includes,
-        )
-        node = SolverNode(engine, described)
+        node = SolverNode(engine, about("rosclingo run.py", arguments, engine.program))
     except RosclingoError as err:
         print(f"rosclingo: {err}", file=sys.stderr)
         end_wrong()

@@ -36,14 +36,3 @@ def reserve_port() -> socket.socket:
             reserved.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             return reserved
     raise OSError(errno.EADDRINUSE, f"no free TCP port among {_ATTEMPTS} from {_PORTS}")
-
-
-def free_port() -> int:
-    """Returns a TCP port that is free now, and that only such masters use.
-
-    Raises:
-        OSError: Many ports were tried, and none is free.
-    """
-    with reserve_port() as reserved:
-        port: int = reserved.getsockname()[1]
-        return port

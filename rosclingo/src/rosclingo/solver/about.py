@@ -6,31 +6,25 @@ import hashlib
 import json
 import os
 import platform
-from types import MappingProxyType
-from typing import Any, Dict, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Dict, Optional, Sequence
 
 import clingo
 
 from rosclingo.solver import options
 
+if TYPE_CHECKING:
+    from rosclingo.solver.programs import Program
+
 
 def about(
-    program: str,
-    arguments: Sequence[str],
-    files: Mapping[str, str],
-    *,
-    named: Sequence[str] = (),
-    includes: Mapping[str, Mapping[str, str]] = MappingProxyType({}),
-    **more: Any,
+    program: str, arguments: Sequence[str], loaded: Optional[Program] = None, **more: Any
 ) -> str:
     """Describes a node.
 
     Args:
         program: Package and executable, such as ``rosclingo run.py``.
         arguments: Its command line, without program name and ROS remappings.
-        files: What was in each file that it has loaded, by its real path.
-        named: The real paths of those of the command line, in its order.
-        includes: For each of the files, the real paths of what it includes, by how it names that.
+        loaded: The files of the command line, as the solver has loaded them; None without any.
         more: Further entries, whose values JSON can hold.
 
     Returns:
@@ -39,23 +33,20 @@ def about(
         ``paths`` (of those of the command line, by how that names them) and ``directory``, the
         working directory.
     """
-    origin: Dict[str, Any] = {}
-    if named:
+    files: Dict[str, Any] = {}
+    if loaded is not None:
+        for path, text in loaded.texts.items():
+            digest = hashlib.sha256(text.encode("utf-8")).hexdigest()
+            included = loaded.includes.get(path, {})
+            files[path] = {"sha256": digest, "text": text, "includes": included}
+    if loaded is not None and loaded.named:
         names = [value for option, value in options.arguments(arguments) if option == "-f"]
-        origin = {"paths": dict(zip(names, named)), "directory": os.getcwd()}
+        more = {"paths": dict(zip(names, loaded.named)), "directory": os.getcwd(), **more}
     described = {
         "program": program,
         "arguments": list(arguments),
-        "files": {
-            path: {
-                "sha256": hashlib.sha256(text.encode("utf-8")).hexdigest(),
-                "text": text,
-                "includes": dict(includes.get(path, {})),
-            }
-            for path, text in files.items()
-        },
+        "files": files,
         "versions": {"clingo": clingo.__version__, "python": platform.python_version()},
-        **origin,
         **more,
     }
     return json.dumps(described, sort_keys=True)

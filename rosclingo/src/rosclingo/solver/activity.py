@@ -3,7 +3,8 @@
 >>> activity = SolverActivity()
 >>> activity.begin("grounding")
 >>> activity.end()
->>> solver_health(activity, activity.since + 5.0, slow_seconds=30.0).message
+>>> _, since = activity.doing
+>>> solver_health(activity, since + 5.0, slow_seconds=30.0).message
 'idle'
 """
 
@@ -68,11 +69,6 @@ class SolverActivity:
     def doing(self) -> Tuple[str, float]:
         """The current activity, and when it began, in seconds of the monotonic clock."""
         return self._doing
-
-    @property
-    def since(self) -> float:
-        """When the current activity began, likewise."""
-        return self._doing[1]
 
 
 def solver_health(

@@ -8,10 +8,10 @@ from typing import (
     Any,
     Dict,
     FrozenSet,
+    Generic,
     Iterator,
     List,
     Mapping,
-    NamedTuple,
     Sequence,
     Set,
     Tuple,
@@ -46,9 +46,12 @@ CaseFact = Tuple[str, Tuple[Symbol, ...]]
 """A fact of a case without the case: the predicate, and its arguments."""
 
 
-@dataclass(frozen=True)
-class Explanation:
-    """Causes that explain what was observed.
+_Name = TypeVar("_Name")  # a symbol, or its place in the order of a part
+
+
+@dataclass(frozen=True, order=True)
+class Explanation(Generic[_Name]):
+    """Causes that explain what was observed. Those that weigh as much are ordered by causes.
 
     Attributes:
         weight: The sum of their surprises.
@@ -57,12 +60,12 @@ class Explanation:
     """
 
     weight: int
-    causes: Tuple[Symbol, ...]
-    unexplained: Tuple[Symbol, ...]
+    causes: Tuple[_Name, ...]
+    unexplained: Tuple[_Name, ...]
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(Generic[_Name]):
     """The explanations of a case.
 
     Attributes:
@@ -71,12 +74,12 @@ class Diagnosis:
         possible: The causes in some of these.
     """
 
-    kept: Tuple[Explanation, ...]
-    certain: FrozenSet[Symbol]
-    possible: FrozenSet[Symbol]
+    kept: Tuple[Explanation[_Name], ...]
+    certain: FrozenSet[_Name]
+    possible: FrozenSet[_Name]
 
 
-def diagnose(facts: Sequence[CaseFact], most: int, margin: int) -> Diagnosis:
+def diagnose(facts: Sequence[CaseFact], most: int, margin: int) -> Diagnosis[Symbol]:
     """Finds the explanations of a case.
 
     Observations that have no cause in common are explained apart, and what was found of some is
@@ -88,15 +91,10 @@ def diagnose(facts: Sequence[CaseFact], most: int, margin: int) -> Diagnosis:
             first ones in clingo's order; but of more than 1000 of these, any.
         margin: How much more than the best one they weigh at most.
     """
-    ranks = {kind: _ranks(facts, kind) for kind in ("cause", "observation", "value")}
-    numbered = [
-        (name, tuple(_rank(ranks, kind, one) for kind, one in zip(_KINDS[name], arguments)))
-        for name, arguments in facts
-    ]
-    kept = [_Numbered(0, (), ())]
-    certain: Set[int] = set()
-    possible: Set[int] = set()
-    for part in _parts(numbered):
+    kept: List[Explanation[Symbol]] = [Explanation(0, (), ())]
+    certain: Set[Symbol] = set()
+    possible: Set[Symbol] = set()
+    for part in _parts(facts):
         found = _explain_part(part, most, margin)
         least = kept[0].weight + found.kept[0].weight
         both = [
@@ -108,12 +106,7 @@ def diagnose(facts: Sequence[CaseFact], most: int, margin: int) -> Diagnosis:
         kept = sorted(both)[:most]
         certain |= found.certain
         possible |= found.possible
-    causes, observations = list(ranks["cause"]), list(ranks["observation"])
-    return Diagnosis(
-        tuple(Explanation(*_renamed(one, causes, observations)) for one in kept),
-        frozenset(causes[cause] for cause in certain),
-        frozenset(causes[cause] for cause in possible),
-    )
+    return Diagnosis(tuple(kept), frozenset(certain), frozenset(possible))
 
 
 _KINDS: Mapping[str, Tuple[str, ...]] = {
@@ -126,63 +119,19 @@ _KINDS: Mapping[str, Tuple[str, ...]] = {
 }
 """The kinds of the arguments of facts."""
 
-_Name = TypeVar("_Name")
-_Node = Tuple[bool, int]  # whether it is a cause, and its rank
-_Fact = Tuple[str, Tuple[int, ...]]  # with ranks, or a weight, in the place of symbols
+_Node = Tuple[bool, Symbol]  # whether it is a cause, and the cause or the observation
+_Fact = Tuple[str, Tuple[int, ...]]  # with places, or a weight, instead of symbols
 
 
-class _Numbered(NamedTuple):
-    """An explanation by ranks. Those that weigh as much are in the order of their causes."""
-
-    weight: int
-    causes: Tuple[int, ...]
-    unexplained: Tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class _PartDiagnosis:
-    """A :class:`Diagnosis` by ranks."""
-
-    kept: Tuple[_Numbered, ...]
-    certain: FrozenSet[int]
-    possible: FrozenSet[int]
-
-
-def _ranks(facts: Sequence[CaseFact], kind: str) -> Dict[Symbol, int]:
-    """Returns the places of all symbols of a kind in clingo's order."""
-    found = {
-        argument
-        for name, arguments in facts
-        for other, argument in zip(_KINDS[name], arguments)
-        if other == kind
-    }
-    return {symbol: rank for rank, symbol in enumerate(sorted(found))}
-
-
-def _rank(ranks: Mapping[str, Mapping[Symbol, int]], kind: str, symbol: Symbol) -> int:
-    return symbol.number if kind == "weight" else ranks[kind][symbol]
-
-
-def _renamed(
-    one: _Numbered, causes: Sequence[_Name], observations: Sequence[_Name]
-) -> Tuple[int, Tuple[_Name, ...], Tuple[_Name, ...]]:
-    """Returns an explanation with what stands at its ranks."""
-    return (
-        one.weight,
-        tuple(causes[cause] for cause in one.causes),
-        tuple(observations[left] for left in one.unexplained),
-    )
-
-
-def _joined(one: _Numbered, other: _Numbered) -> _Numbered:
-    return _Numbered(
+def _joined(one: Explanation[Symbol], other: Explanation[Symbol]) -> Explanation[Symbol]:
+    return Explanation(
         one.weight + other.weight,
         tuple(sorted(one.causes + other.causes)),
         tuple(sorted(one.unexplained + other.unexplained)),
     )
 
 
-def _parts(facts: Sequence[_Fact]) -> Iterator[List[_Fact]]:
+def _parts(facts: Sequence[CaseFact]) -> Iterator[List[CaseFact]]:
     """Yields the facts about each group of observations and causes that depend on each other.
 
     Groups in which all is as usual are left out: they need no cause.
@@ -195,61 +144,68 @@ def _parts(facts: Sequence[_Fact]) -> Iterator[List[_Fact]]:
         return node
 
     nodes = [
-        [(kind == "cause", rank) for kind, rank in zip(_KINDS[name], ranks) if kind in _GROUPED]
-        for name, ranks in facts
+        [(kind == "cause", one) for kind, one in zip(_KINDS[name], arguments) if kind in _GROUPED]
+        for name, arguments in facts
     ]
     for first, *others in nodes:
         for other in others:
             group[find(other)] = find(first)
-    parts: Dict[_Node, List[_Fact]] = {}
+    parts: Dict[_Node, List[CaseFact]] = {}
     for fact, (first, *_) in zip(facts, nodes):
         parts.setdefault(find(first), []).append(fact)
     for part in parts.values():
-        usual = {ranks for name, ranks in part if name == "usual"}
-        if any(name == "observed" and ranks not in usual for name, ranks in part):
+        usual = {arguments for name, arguments in part if name == "usual"}
+        if any(name == "observed" and arguments not in usual for name, arguments in part):
             yield part
 
 
 _GROUPED = {"cause", "observation"}
 
 
-def _explain_part(part: Sequence[_Fact], most: int, margin: int) -> _PartDiagnosis:
+def _explain_part(part: Sequence[CaseFact], most: int, margin: int) -> Diagnosis[Symbol]:
     """Returns the explanations of a part; parts that are alike but for names have them in common.
 
-    For that, all ranks are counted anew in the part, in the same order.
+    For that, the part's symbols of each kind are counted in clingo's order.
     """
-    old: Dict[str, List[int]] = {}
+    symbols: Dict[str, List[Symbol]] = {}
     for kind in ("cause", "observation", "value"):
-        pairs = ((other, rank) for name, ranks in part for other, rank in zip(_KINDS[name], ranks))
-        old[kind] = sorted({rank for other, rank in pairs if other == kind})
-    new = {kind: {rank: place for place, rank in enumerate(known)} for kind, known in old.items()}
+        pairs = (pair for name, arguments in part for pair in zip(_KINDS[name], arguments))
+        symbols[kind] = sorted({symbol for other, symbol in pairs if other == kind})
+    places = {kind: {one: at for at, one in enumerate(known)} for kind, known in symbols.items()}
     facts = sorted(
         (
             name,
             tuple(
-                rank if kind == "weight" else new[kind][rank]
-                for kind, rank in zip(_KINDS[name], ranks)
+                symbol.number if kind == "weight" else places[kind][symbol]
+                for kind, symbol in zip(_KINDS[name], arguments)
             ),
         )
-        for name, ranks in part
+        for name, arguments in part
     )
     found = _diagnose_part(tuple(facts), most, margin)
-    causes, observations = old["cause"], old["observation"]
-    return _PartDiagnosis(
-        tuple(_Numbered(*_renamed(one, causes, observations)) for one in found.kept),
+    causes, observations = symbols["cause"], symbols["observation"]
+    return Diagnosis(
+        tuple(
+            Explanation(
+                one.weight,
+                tuple(causes[cause] for cause in one.causes),
+                tuple(observations[left] for left in one.unexplained),
+            )
+            for one in found.kept
+        ),
         frozenset(causes[cause] for cause in found.certain),
         frozenset(causes[cause] for cause in found.possible),
     )
 
 
 @lru_cache(maxsize=_MOST_PARTS)
-def _diagnose_part(facts: Tuple[_Fact, ...], most: int, margin: int) -> _PartDiagnosis:
+def _diagnose_part(facts: Tuple[_Fact, ...], most: int, margin: int) -> Diagnosis[int]:
     control = clingo.Control(["--warn=none"])
     text = " ".join(f"{name}({','.join(map(str, ranks))})." for name, ranks in facts)
     control.add("base", [], _RULES + text)
     control.ground([("base", [])])
     solving = cast(Any, control.configuration.solve)
-    kept: List[_Numbered] = []
+    kept: List[Explanation[int]] = []
     best: Tuple[int, ...] = ()
     certain: FrozenSet[int] = frozenset()
     possible: FrozenSet[int] = frozenset()
@@ -271,7 +227,7 @@ def _diagnose_part(facts: Tuple[_Fact, ...], most: int, margin: int) -> _PartDia
         for one in sorted(_all(control, cost[1] - _ALWAYS))[: most - len(kept)]:
             _exclude(control, one.causes)
             kept.append(one)
-    return _PartDiagnosis(tuple(kept), certain, possible)
+    return Diagnosis(tuple(kept), certain, possible)
 
 
 def _cost(control: clingo.Control) -> Tuple[int, ...]:
@@ -292,10 +248,10 @@ def _last(control: clingo.Control) -> List[int]:
     return causes
 
 
-def _all(control: clingo.Control, weight: int) -> List[_Numbered]:
+def _all(control: clingo.Control, weight: int) -> List[Explanation[int]]:
     with control.solve(yield_=True) as handle:
         return [
-            _Numbered(weight, tuple(_arguments(model, "so")), tuple(_arguments(model, "left")))
+            Explanation(weight, tuple(_arguments(model, "so")), tuple(_arguments(model, "left")))
             for model in handle
         ]
 

@@ -53,6 +53,7 @@ class Engine:
     Attributes:
         policy: What programs and files from clients may do.
         activity: What it does now, and for how long.
+        program: The files of the command line, with those that they include.
         core: Assumptions of the last search that exclude an answer set, whatever the others are;
             not as few as possible. Empty if there is one, or none without assumptions either.
     """
@@ -96,26 +97,12 @@ class Engine:
             wire.ReleaseExternal: self._release_external,
             wire.Restart: self._restart,
         }
-        self._program: Optional[Program] = None
-        self._rereads = rereads
+        self.program = Program()
+        self._rereads = True
         self._rewrite = rewrite
         self.core: Tuple[wire.Assumption, ...] = ()
         self._restart()
-
-    @property
-    def files(self) -> Dict[str, str]:
-        """The texts of the files of the command line, and of those that they include."""
-        return dict(self._program.texts) if self._program else {}
-
-    @property
-    def named(self) -> List[str]:
-        """The real paths of the files of the command line, in its order."""
-        return list(self._program.named) if self._program else []
-
-    @property
-    def includes(self) -> Dict[str, Dict[str, str]]:
-        """For each of the files, the real paths of what it includes, by how it names that."""
-        return dict(self._program.includes) if self._program else {}
+        self._rereads = rereads
 
     def use_threads(self, threads: int) -> None:
         """Restarts with so many threads, unless it is one.
@@ -268,12 +255,10 @@ class Engine:
     def _restart(self, _: Optional[wire.Restart] = None) -> None:
         # Everything that can fail comes first, so that a failure leaves the old solver in place.
         options = self._options
-        last = self._program
-        if last is None or self._rereads:
+        program = last = self.program
+        if self._rereads:
             program = programs.parse_files(options.files, last=last)
             program = program if program is last else self._rewrite(program)
-        else:
-            program = last
         ways = ShortestWays(lambda: self._control.symbolic_atoms)
         causes = CauseFinder(lambda: self._control.symbolic_atoms)
         namespace: scripts.Namespace = {**ways.functions, **causes.functions}
@@ -292,7 +277,7 @@ class Engine:
                 self._log(remark)
         if program.has_heuristics:
             use_heuristics(control, options.clingo)
-        self._program = program
+        self.program = program
         self._scripts = namespace
         self._ways, self._causes = ways, causes
         self._control = control  # the old one goes before its theory

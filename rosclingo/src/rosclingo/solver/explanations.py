@@ -48,6 +48,7 @@ from clingo import Function, Number, Symbol, SymbolType
 from clingo.symbolic_atoms import SymbolicAtoms
 
 from rosclingo.errors import shorten
+from rosclingo.solver.arithmetic import LARGEST
 from rosclingo.solver.diagnosis import CaseFact, Diagnosis, diagnose
 from rosclingo.solver.new_facts import NewFacts
 
@@ -57,7 +58,6 @@ EXPLANATIONS = "explanations"
 _ARITIES = {"cause": 3, "usual": 3, "observed": 3, "excludes": 3, "makes": 4, "may_make": 4}
 
 _MOST_CASES = 4  # of which the explanations are kept
-_LARGEST = 2**31 - 1  # of clingo's numbers
 
 
 class CauseFinder:
@@ -74,8 +74,8 @@ class CauseFinder:
         """
         self._new_facts = NewFacts(atoms)
         self._cases: Dict[Symbol, List[CaseFact]] = {}
-        self._found: Dict[Tuple[Symbol, ...], List[Symbol]] = {}
-        self._asked: OrderedDict[Symbol, None] = OrderedDict()
+        # By the cases, the last one on the right, and by what was asked of them.
+        self._found: OrderedDict[Symbol, Dict[Tuple[Symbol, Symbol], List[Symbol]]] = OrderedDict()
         self._old: Set[Symbol] = set()  # cases whose facts are forgotten
 
     @property
@@ -88,7 +88,6 @@ class CauseFinder:
         self._new_facts.forget()
         self._cases.clear()
         self._found.clear()
-        self._asked.clear()
         self._old.clear()
 
     def explanations(self, case: Symbol, most: Symbol, margin: Symbol) -> List[Symbol]:
@@ -108,8 +107,8 @@ class CauseFinder:
                 is said twice, or they are too large; the numbers are wrong; or others were asked
                 for since.
         """
-        asked = case, most, margin
-        if asked not in self._found:
+        asked = most, margin
+        if asked not in self._found.get(case, {}):
             limits = _whole(most, 1, "explanations"), _whole(margin, 0, "explanations")
             try:
                 self._read()
@@ -118,20 +117,14 @@ class CauseFinder:
                 raise
             if case in self._old:
                 raise ValueError(f"the case {shorten(str(case))} was asked for too long ago")
-            self._found[asked] = _terms(diagnose(self._cases.get(case, []), *limits))
-            self._forget_old(case)
-        return self._found[asked]
-
-    def _forget_old(self, case: Symbol) -> None:
-        """Forgets the facts of cases that were asked for, but for the last ones."""
-        self._asked[case] = None
-        self._asked.move_to_end(case)
-        if len(self._asked) > _MOST_CASES:
-            old, _ = self._asked.popitem(last=False)
-            self._cases.pop(old, None)
-            self._old.add(old)
-            for asked in [asked for asked in self._found if asked[0] == old]:
-                del self._found[asked]
+            terms = _terms(diagnose(self._cases.get(case, []), *limits))
+            self._found.setdefault(case, {})[asked] = terms
+            self._found.move_to_end(case)
+            if len(self._found) > _MOST_CASES:
+                old, _ = self._found.popitem(last=False)
+                self._cases.pop(old, None)
+                self._old.add(old)
+        return self._found[case][asked]
 
     def _read(self) -> None:
         """Reads the facts that have come since the last time."""
@@ -148,10 +141,10 @@ class CauseFinder:
         totals: Dict[Symbol, int] = {}
         for (case, _), number in weights.items():
             totals[case] = totals.get(case, 0) + number
-            if totals[case] > _LARGEST:
+            if totals[case] > LARGEST:
                 raise ValueError(
                     f"the causes of the case {shorten(str(case))} have surprises of more than "
-                    f"{_LARGEST} together"
+                    f"{LARGEST} together"
                 )
 
 
@@ -169,7 +162,7 @@ def _whole(symbol: Symbol, least: int, where: object) -> int:
     return symbol.number
 
 
-def _terms(diagnosis: Diagnosis) -> List[Symbol]:
+def _terms(diagnosis: Diagnosis[Symbol]) -> List[Symbol]:
     terms = []
     for number, one in enumerate(diagnosis.kept, 1):
         place = Number(number)

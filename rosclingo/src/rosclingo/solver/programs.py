@@ -122,11 +122,11 @@ def parse_files(
     named = [sources.open(path) for path in paths]  # all before what they include, as clingo does
     for path in paths:
         sources.check_file(path)
-    if last is not None and (last.texts, last.includes) == (sources.texts, sources.includes):
+    program = sources.program
+    if last is not None and (last.texts, last.includes) == (program.texts, program.includes):
         return last
-    program = _parse(lambda add, log: ast.parse_files(list(paths), add, logger=log), sources)
     program.named = named
-    return program
+    return _parse(lambda add, log: ast.parse_files(list(paths), add, logger=log), sources)
 
 
 def parse_part(
@@ -207,10 +207,7 @@ def _check_parameters(program: Program, known: Sequence[ast.AST], options: Seque
 def _parse(
     parser: Callable[[Callable[[ast.AST], None], ClingoMessages], None], sources: _Sources
 ) -> Program:
-    messages = ClingoMessages()
-    program = Program(
-        parts={("base", 0)}, texts=sources.texts, includes=sources.includes, remarks=sources.remarks
-    )
+    messages, program = ClingoMessages(), sources.program
 
     def add(statement: ast.AST) -> None:
         kind = statement.ast_type
@@ -250,18 +247,14 @@ class _Sources:
     working directory, and then next to that name.
 
     Attributes:
-        texts: What was in each file, by its real path.
-        includes: For each file, the real paths of what it includes, by how it names that.
-        remarks: What is said of them.
+        program: What is to be parsed of them, with their texts, includes and remarks.
         scripts: Whether there may be scripts.
         trusted: Whether statements may have any size.
     """
 
     def __init__(self, policy: Optional[Policy]) -> None:
-        self.texts: Dict[str, str] = {}
-        self.includes: Dict[str, Dict[str, str]] = {}
+        self.program = Program(parts={("base", 0)})
         self._opened: Dict[str, str] = {}  # by which name a real path is
-        self.remarks: List[str] = []
         self.scripts = policy is None or policy.allow_scripts
         self.trusted = policy is None
         self._policy = policy
@@ -280,9 +273,10 @@ class _Sources:
         real = self.open(path)
         if self._policy is not None:
             self._policy.check_file(path)
-        if real not in self.texts:
-            self.texts[real] = _read(path)
-            self.includes[real] = self.check_text(self.texts[real], self._opened[real])
+        texts = self.program.texts
+        if real not in texts:
+            texts[real] = _read(path)
+            self.program.includes[real] = self.check_text(texts[real], self._opened[real])
 
     def check_text(self, text: str, path: str = "") -> Dict[str, str]:
         """Checks a text, by the name of its file, and returns the real paths of its includes."""
@@ -299,7 +293,7 @@ class _Sources:
         found: Dict[str, str] = {}
         for file in included:
             if file is None:
-                self.remarks.append(
+                self.program.remarks.append(
                     f"{path}: warning: the main loop of #include <incmode> is not used; clients "
                     "ground and solve"
                 )

@@ -56,8 +56,11 @@ def _parse(text: str) -> clingo.Symbol:
     problem = _problem(text)
     if problem is not None:
         raise TermError(f"{quote(text)} is not a ground term: {problem}")
+    overflow = None
     try:
         term = clingo.parse_term(text)
+        if any(match["operator"] for match in _OPERATION.finditer(text)):
+            overflow = find_overflow(text)
     except UnicodeDecodeError as err:
         # clingo quotes a single byte of the character that it stumbled over.
         raise TermError(
@@ -66,13 +69,8 @@ def _parse(text: str) -> clingo.Symbol:
         ) from err
     except RuntimeError as err:
         raise TermError(f"{quote(text)} is not a ground term: {_reason(str(err))}") from err
-    if any(match["operator"] for match in _OPERATION.finditer(text)):
-        try:
-            overflow = find_overflow(text)
-        except RuntimeError as err:
-            raise TermError(f"{quote(text)} is not a ground term: {_reason(str(err))}") from err
-        if overflow is not None:
-            raise TermError(f"{quote(text)} is not a ground term: arithmetic overflow: {overflow}")
+    if overflow is not None:
+        raise TermError(f"{quote(text)} is not a ground term: arithmetic overflow: {overflow}")
     return term
 
 

@@ -72,19 +72,7 @@ def decode_assumptions(text: Union[str, bytes]) -> Tuple[wire.Assumed, ...]:
         return ()
     root = parse(text, MAX_ELEMENTS)
     _expect(root, "assumptions", inside=_ELEMENTS)
-    assumptions: List[wire.Assumed] = []
-    for element in root.children:
-        if element.name == "cost_bound":
-            assumptions.append(_cost_bound(element))
-            continue
-        if element.name == "conflict_limit":
-            assumptions.append(_conflict_limit(element))
-            continue
-        name, value = _valued(element, "assumption")
-        if value is wire.Truth.FREE:
-            raise element.error("an assumption's value is true or false")
-        assumptions.append(wire.Assumption(name, value is wire.Truth.TRUE))
-    return tuple(assumptions)
+    return tuple(_ASSUMED.get(each.name, _assumption)(each) for each in root.children)
 
 
 def encode_assumptions(assumptions: Sequence[wire.Assumed]) -> str:
@@ -105,6 +93,13 @@ def _encode_assumed(assumed: wire.Assumed) -> str:
     return f'<assumption name={_attribute(assumed.name)} value="{value}"/>'
 
 
+def _assumption(element: Element) -> wire.Assumption:
+    name, value = _valued(element, "assumption")
+    if value is wire.Truth.FREE:
+        raise element.error("an assumption's value is true or false")
+    return wire.Assumption(name, value is wire.Truth.TRUE)
+
+
 def _cost_bound(element: Element) -> wire.CostBound:
     """Reads an upper bound of costs."""
     text = _expect(element, "cost_bound", "value")["value"]
@@ -119,6 +114,12 @@ def _conflict_limit(element: Element) -> wire.ConflictLimit:
     if not _LIMIT.fullmatch(text):
         raise element.error('a conflict limit is a whole number, such as value="100"')
     return wire.ConflictLimit(int(text))
+
+
+_ASSUMED: Dict[str, Callable[[Element], wire.Assumed]] = {
+    "cost_bound": _cost_bound,
+    "conflict_limit": _conflict_limit,
+}
 
 
 def decode_reply(text: Union[str, bytes]) -> wire.Reply:

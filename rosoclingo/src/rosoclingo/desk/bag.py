@@ -53,15 +53,11 @@ def write_bag(
         f"{names[role]}/about": about(
             SOLVER_NODE,
             [*(word for path in options.files for word in ("-f", path)), *options.clingo],
-            engines[role].files,
-            named=engines[role].named,
-            includes=engines[role].includes,
+            engines[role].program,
         )
         for role, options in solvers.items()
     }
-    told[f"{_NAME}/about"] = about(
-        LOOP_NODE, [], {}, solvers=names, parameters=dict(parameters or {})
-    )
+    told[f"{_NAME}/about"] = about(LOOP_NODE, [], solvers=names, parameters=dict(parameters or {}))
     messages = _Messages()
     with BagWriter(file) as writer:
         for topic, text in told.items():

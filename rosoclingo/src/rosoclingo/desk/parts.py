@@ -85,7 +85,7 @@ def make_parts(
             commands_for(dialect, commands, says_status(options)),
         )
     controller = Engine(Options((find_mode(mode),), tuple(mode_options)))
-    known = _decisions(tuple(controller.files.items()), tuple(mode_options))
+    known = _decisions(tuple(controller.program.texts.items()), tuple(mode_options))
     return Parts(lambda: Controller(controller, known=known), engine(options, log=log), commands)
 
 

@@ -74,7 +74,7 @@ class LoopNode:
         inbox: Inbox,
         *,
         ready: Callable[[], None] = lambda: None,
-        describe: Callable[..., str] = partial(about, "", [], {}),
+        describe: Callable[..., str] = partial(about, "", []),
         encodings: Optional[Encodings] = None,
         durability: Optional[Durability] = None,
         solver_report: Optional[SolverReport] = None,

@@ -64,7 +64,7 @@ def _make(commands: Callable[..., Any]) -> LoopNode:
         planner.wait()
 
     solvers = {"controller": controller.name, "planner": planner.name}
-    describe = partial(about, LOOP_NODE, [], {}, solvers=solvers)
+    describe = partial(about, LOOP_NODE, [], solvers=solvers)
     decides, plans = (
         RetryingSolver(each, each.name, rospy.logwarn) for each in (controller, planner)
     )

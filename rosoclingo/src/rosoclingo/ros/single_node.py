@@ -77,10 +77,7 @@ def main(commands: Type[Any]) -> NoReturn:
         dialect.name,
         " ".join(options.clingo) or "none",
     )
-    describe = partial(
-        about, SINGLE_NODE, arguments, engine.files,
-        named=engine.named, includes=engine.includes,
-    )  # fmt: skip
+    describe = partial(about, SINGLE_NODE, arguments, engine.program)
     name = rospy.get_name()
     encodings = Encodings(name, dialect=dialect.name)
     encodings.tell(name, describe())

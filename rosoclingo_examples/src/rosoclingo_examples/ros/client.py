@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from functools import partial
 from typing import Callable, Dict, List
 
 import rospy
@@ -103,21 +104,19 @@ class RequestClient:
         """Sends a request.
 
         Raises:
-            StoreError: It cannot be kept, and is not sent.
+            LedgerError: It cannot be kept, and is not sent.
         """
         self._send(self._orders.add(bring))
 
     def _send(self, order: Order) -> None:
         self._say(str(order))
 
-        def on_transition(handle: ClientGoalHandle) -> None:
-            self._on_transition(order, handle)
-
         def on_feedback(_: ClientGoalHandle, message: ROSoClingoFeedback) -> None:
             if self._orders.heard(order, message.status):
                 self._say(str(order))
 
         goal = ROSoClingoGoal(order.bring.request, order.bring.information)
+        on_transition = partial(self._on_transition, order)
         self._sent.append(self._action.send_goal(goal, on_transition, on_feedback, order.id))
 
     def cancel(self, number: int) -> None:
@@ -125,7 +124,7 @@ class RequestClient:
 
         Raises:
             LineError: There is none of this number that could be cancelled.
-            StoreError: That cannot be kept, and nothing is sent.
+            LedgerError: That cannot be kept, and nothing is sent.
         """
         order = self._orders.cancel(number)
         self._say(f"[{number}] {order.bring}: cancel requested")

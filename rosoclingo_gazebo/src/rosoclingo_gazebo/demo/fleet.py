@@ -94,7 +94,7 @@ class FleetStory:
             graph: The map, with the robots, that actions are checked against.
             places: Where the waypoints are, in metres.
         """
-        self._lock = threading.Lock()  # guards all below
+        self._lock = threading.RLock()  # guards all below
         self.members = {robot: FleetMember() for robot in graph.starts}
         self._places = places
         self._journal = JournalValidator(graph)
@@ -173,22 +173,19 @@ class FleetStory:
                     f"{name:10} {member.deliveries:8} {member.trace.metres:7.0f} "
                     f"{member.waits:6} {member.waited:15.0f}"
                 )
-            return [*lines, self._summary()]
+            return [*lines, self.summary()]
 
     def summary(self) -> str:
         """Returns the summary of the fleet."""
         with self._lock:
-            return self._summary()
-
-    def _summary(self) -> str:
-        members = self.members.values()
-        delivered = sum(member.deliveries for member in members)
-        return (
-            f"{_count(delivered, 'package')} delivered by {_count(len(members), 'robot')} in "
-            f"{self._end - self._begin:.0f} s of simulated time, on "
-            f"{sum(member.trace.metres for member in members):.0f} m, with "
-            f"{_count(sum(member.waits for member in members), 'wait')}"
-        )
+            members = self.members.values()
+            delivered = sum(member.deliveries for member in members)
+            return (
+                f"{_count(delivered, 'package')} delivered by {_count(len(members), 'robot')} in "
+                f"{self._end - self._begin:.0f} s of simulated time, on "
+                f"{sum(member.trace.metres for member in members):.0f} m, with "
+                f"{_count(sum(member.waits for member in members), 'wait')}"
+            )
 
     def _ask(self, goal: str, terms: Sequence[str]) -> None:
         """Narrates a request, with its terms."""

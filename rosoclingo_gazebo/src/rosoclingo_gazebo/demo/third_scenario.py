@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from typing import Callable, Dict, List
 
-from rosoclingo.loop.journal import (
-    ActionPublished,
-    MessageArrived,
-    Record,
-    StatusSet,
-)
-from rosoclingo_aspprograms.validator import Map, Validator
+from rosoclingo.loop.journal import Record
+from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.orders import Bring
-from rosoclingo_gazebo.demo.story import DEMO_ROBOT, DemoStory
+from rosoclingo_gazebo.demo.journal_validator import JournalValidator
+from rosoclingo_gazebo.demo.story import DemoStory
 from rosoclingo_gazebo.demo.trace import DriveEventKind, TracePoint
 
 BOOK = Bring("bring(o7,o11)", ("book",))
@@ -48,7 +44,7 @@ class ThirdScenario(DemoStory):
                 it may be another one that is as short, and an action may fail.
         """
         super().__init__((BOOK, LETTER), ask)
-        self._validator = Validator(graph)
+        self._journal = JournalValidator(graph)
         self._c6 = c6
         self._undisturbed = undisturbed
 
@@ -67,34 +63,16 @@ class ThirdScenario(DemoStory):
             if self._asked == 1 and self.trace.distance(self._c6) < _NEAR_METRES:
                 self.request_next()
 
-    def request_next(self) -> None:
-        """Sends the next request."""
-        bring = self._orders[self._asked]
-        self._validator.request(bring, bring.request)
-        super().request_next()
-
     def notes(self, record: Record) -> None:
         """Checks an event of the planning loop's journal against the map, too."""
-        event = record.event
         with self._lock:
             super().notes(record)
-            if isinstance(event, ActionPublished) and event.actuator == DEMO_ROBOT:
-                self._validator.action(DEMO_ROBOT, event.action)
-            elif isinstance(event, MessageArrived) and event.source == DEMO_ROBOT:
-                self._validator.message(DEMO_ROBOT, event.value)
-            elif isinstance(event, StatusSet):
-                self._validator.status(self._goals[event.goal], event.status.value, event.slot)
-
-    @property
-    def has_ended(self) -> bool:
-        """True when all requests have ended."""
-        with self._lock:
-            return all(goal.ended for goal in self._validator.goals.values())
+            self._journal.learns(record.event)
 
     def wrong(self) -> List[str]:
         """Returns the faults, when nothing is expected to happen any more."""
         with self._lock:
-            wrong = [*self._validator.finish(), *super().wrong()]
+            wrong = [*self._journal.validator.finish(), *super().wrong()]
             if self._undisturbed and self._failures != ["go(c4)"]:
                 wrong.append(f"one go(c4) was to fail, not {', '.join(self._failures) or 'none'}")
             if self._undisturbed and self._actions != _ROUTE.split():

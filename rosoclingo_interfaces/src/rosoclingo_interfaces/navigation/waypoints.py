@@ -31,6 +31,10 @@ class Waypoint:
     y: float
     theta: float
 
+    def distance(self, other: Waypoint) -> float:
+        """Returns how far two places are apart, in metres."""
+        return math.hypot(other.x - self.x, other.y - self.y)
+
 
 @dataclass(frozen=True)
 class Waypoints:

@@ -83,7 +83,8 @@ class _Builder:
         (kind,) = kinds
         if ("topic" in entry) == ("tf" in entry):
             raise entry.wrong("expected a topic or tf, and not both", "tf")
-        for key, users in (("tf", ("nearest_waypoint",)), ("field", self._with_field())):
+        with_field = tuple(key for key in self._makers if key not in ("closed", "silent"))
+        for key, users in (("tf", ("nearest_waypoint",)), ("field", with_field)):
             if key in entry and kind not in users:
                 raise entry.wrong(f"{key} is for {', '.join(users)} only", key)
         if "tf" in entry and "field" in entry:
@@ -93,9 +94,6 @@ class _Builder:
         return Observer(
             entry, entry.text("topic"), entry.text("type"), self._source(), condition, teller, terms
         )
-
-    def _with_field(self) -> Tuple[str, ...]:
-        return tuple(key for key in self._makers if key not in ("closed", "silent"))
 
     def _teller(self, condition: Condition) -> Tuple[Teller, Tuple[str, ...]]:
         entry = self._entry
@@ -108,8 +106,8 @@ class _Builder:
             terms.append(otherwise.fill(""))
             if otherwise.fill("") in terms[:-1]:
                 raise entry.wrong("else: expected another term than that of tell", "else")
-        debounce = entry.number("debounce", 0.0, "seconds") or 0.0
-        rate = entry.number("rate", _RATE, "terms in a second") or 0.0
+        debounce = entry.number("debounce", unit="seconds")
+        rate = entry.number("rate", _RATE, "terms in a second")
         return Teller(tell, otherwise, debounce, rate), tuple(terms)
 
     def _template(self, key: str, has_waypoint: bool) -> TermTemplate:
@@ -142,14 +140,12 @@ class _Builder:
         low, high = inner.number("from", -math.inf), inner.number("to", math.inf)
         # A bound itself is outside, as the words say it.
         if "above" in inner:
-            low = float(np.nextafter(inner.number("above") or 0.0, math.inf))
+            low = float(np.nextafter(inner.number("above"), math.inf))
         if "below" in inner:
-            high = float(np.nextafter(inner.number("below") or 0.0, -math.inf))
-        assert low is not None
-        assert high is not None
+            high = float(np.nextafter(inner.number("below"), -math.inf))
         if low > high:
             raise inner.wrong("range: from is greater than to", "from")
-        hysteresis = inner.number("hysteresis", 0.0, "the field's unit") or 0.0
+        hysteresis = inner.number("hysteresis", unit="the field's unit")
         return RangeCondition(self._field("data"), low, high, hysteresis)
 
     def _pattern(self) -> PatternCondition:
@@ -167,12 +163,12 @@ class _Builder:
     def _covariance(self) -> CovarianceCondition:
         inner = self._entry.inner("covariance")
         inner.check_keys(("above", "hysteresis"), ("above",))
-        above = inner.number("above", None, "square metres") or 0.0
-        hysteresis = inner.number("hysteresis", 0.0, "square metres") or 0.0
+        above = inner.number("above", unit="square metres")
+        hysteresis = inner.number("hysteresis", unit="square metres")
         return CovarianceCondition(self._field(_COVARIANCE), above, hysteresis)
 
     def _silent(self) -> SilenceCondition:
-        seconds = self._entry.number("silent", None, "seconds")
+        seconds = self._entry.number("silent", unit="seconds")
         if not seconds:
             raise self._entry.wrong("silent: expected more than 0 seconds", "silent")
         return SilenceCondition(seconds)
@@ -182,8 +178,8 @@ class _Builder:
         inner.check_keys(("waypoints", "within", "hysteresis"), ("waypoints", "within"))
         return NearestWaypoint(
             self._waypoints(inner),
-            inner.number("within", None, "metres") or 0.0,
-            inner.number("hysteresis", 0.0, "metres") or 0.0,
+            inner.number("within", unit="metres"),
+            inner.number("hysteresis", unit="metres"),
             self._transforms,
             self._field("") if "field" in self._entry else None,
             self._child() if "tf" in self._entry else "",
@@ -206,8 +202,8 @@ class _Builder:
         width = inner.number("width", 1.0, "metres")
         if not width:
             raise inner.wrong("width: expected more than 0 metres", "width")
-        radius = inner.number("radius", 0.2, "metres") or 0.0
-        occupied = inner.number("occupied", 65.0, "percent") or 0.0
+        radius = inner.number("radius", 0.2, "metres")
+        occupied = inner.number("occupied", 65.0, "percent")
         if not 0 < occupied <= 100:
             raise inner.wrong("occupied: expected more than 0 percent, and 100 at most", "occupied")
         return ClosedWay(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Collection, Dict, List, Optional, Tuple, Union
+from typing import Any, Collection, Dict, List, Tuple, Union
 
 import yaml
 
@@ -102,7 +102,7 @@ class YamlEntry:
             raise self.wrong(f"{key}: expected a text", key)
         return str(node.value)
 
-    def number(self, key: str, default: Optional[float] = None, unit: str = "") -> Optional[float]:
+    def number(self, key: str, default: float = 0.0, unit: str = "") -> float:
         """Returns a finite number, which is not negative if it has a unit.
 
         Raises:

@@ -66,7 +66,7 @@ class InterfaceNode:
         seconds = rospy.get_time if simulated else time.monotonic
         perform = faulty_perform(interface, seconds)
         self._executor = Executor(interface, interface.timeout, seconds, ledger, perform)
-        clock.watch(lambda: self._executor.busy)
+        clock.watch(lambda: bool(self._executor.running))
         on_shutdown(lambda: self._executor.close(_SECONDS_TO_END))
         self._senders: Dict[str, Tuple[Mapping[str, str], bool]] = {}  # of out; see _dispatches
         self._dispatchers: Set[str] = set()
@@ -186,7 +186,7 @@ def publish_about(
         The publisher, which has to be kept.
     """
     does: Dict[str, Any] = {} if actuators is None else {"actuators": list(actuators)}
-    said = about("rosoclingo_interfaces", sys.argv[1:], {}, messages=list(messages), **does)
+    said = about("rosoclingo_interfaces", sys.argv[1:], messages=list(messages), **does)
     latched = publisher("~about", String, latch=True)
     latched.publish(said)
     return latched

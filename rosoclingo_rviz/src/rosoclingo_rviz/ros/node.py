@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, Dict, List, NoReturn
+from typing import Any, Callable, NoReturn
 
 import rospy
 from actionlib_msgs.msg import GoalStatus
-from visualization_msgs.msg import Marker, MarkerArray
+from visualization_msgs.msg import MarkerArray
 
 from rosclingo.errors import TermError
 from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
-from rosoclingo.drawing.graph import Graph, read_graph
+from rosoclingo.drawing.graph import read_graph
 from rosoclingo.drawing.shapes import draw
 from rosoclingo.drawing.situation import MapSituation
 from rosoclingo.msg import (
@@ -36,27 +36,28 @@ Publishes ~markers for rviz: the graph of an instance with coordinates, blocked 
 ahead, packages and robots. The package's README lists the parameters."""
 
 ROBOT_TOPICS = "{robot}"
-"""In the name of a robot's frame, it stands for the robot's name."""
+"""In the name of a robot's frame, ``~robot_frame``, it stands for the robot's name."""
 
 
 class MarkerNode:
     """Follows rosoclingo's topics, and publishes a drawing after each change."""
 
-    def __init__(self, graph: Graph, background: List[Marker], frame: str, robot: str) -> None:
+    def __init__(self) -> None:
         """Opens the topics, and publishes the first drawing.
 
-        Args:
-            graph: The graph to draw.
-            background: Markers to show as well.
-            frame: The frame of the map.
-            robot: The frame of a robot; ``{robot}`` in it stands for the robot's name.
+        Raises:
+            RosclingoError: A parameter or a file is wrong.
         """
-        self._graph = graph
-        self._background = background
-        self._frame = frame
-        self._robot = robot
+        files = parameters.words("instance")
+        if not files:
+            raise parameters.wrong("instance", "name the instance's files")
+        world = parameters.words("world")
+        self._background = [marker for file in world for marker in read_markers(file)]
+        self._frame = parameters.text("frame", "map")
+        self._robot = parameters.text("robot_frame", "base_link")
+        self._graph = read_graph(files)
         self._lock = threading.Lock()  # guards the situation, and keeps drawings in order
-        self._situation = MapSituation(graph.starts)
+        self._situation = MapSituation(self._graph.starts)
         self._run = ""  # of which the situation has the actions' numbers
         self._markers = publisher("~markers", MarkerArray, latch=True, queue_size=10)
         self._publish()
@@ -95,7 +96,8 @@ class MarkerNode:
 
     def _on_dispatch(self, message: ROSoClingoDispatch) -> None:
         self._run = message.run
-        self._situation.set_numbers(_open(message))
+        actions = (one for one in message.actions if one.state != ROSoClingoToken.ANSWERED)
+        self._situation.set_numbers({one.number: one.id for one in actions})
 
     def _on_heartbeat(self, message: ROSoClingoHeartbeat) -> None:
         with self._lock:
@@ -115,24 +117,10 @@ class MarkerNode:
         self._markers.publish(message)
 
 
-def _open(message: ROSoClingoDispatch) -> Dict[int, str]:
-    """Returns the numbers of the actions that are not answered, with whose they are."""
-    return {one.number: one.id for one in message.actions if one.state != ROSoClingoToken.ANSWERED}
-
-
 def main() -> NoReturn:
     """Runs the node until it is shut down, and ends the process.
 
     The exit status is 0, or 2 if a parameter or a file is wrong.
     """
     init_node("graph_markers", usage=_USAGE)
-    run_node(_make)
-
-
-def _make() -> MarkerNode:
-    files = parameters.words("instance")
-    if not files:
-        raise parameters.wrong("instance", "name the instance's files")
-    background = [marker for file in parameters.words("world") for marker in read_markers(file)]
-    frame, robot = parameters.text("frame", "map"), parameters.text("robot_frame", "base_link")
-    return MarkerNode(read_graph(files), background, frame, robot)
+    run_node(MarkerNode)

@@ -8,7 +8,7 @@ from typing import Dict, List, Mapping
 from rosoclingo_simulator.errors import FaultError, ObstacleError
 from rosoclingo_simulator.faults.battery import Battery
 from rosoclingo_simulator.faults.kinds import BatteryModel, ClosedDoor, FaultPlan, WrongPose
-from rosoclingo_simulator.faults.schedule import FaultSchedule, FaultState, RobotCondition
+from rosoclingo_simulator.faults.schedule import FaultState, RobotCondition, fault_states
 from rosoclingo_simulator.navigation.estimator import PoseEstimator
 from rosoclingo_simulator.navigation.simulation import Simulation
 from rosoclingo_simulator.physics.faulty import Disturbance, FaultyPhysics
@@ -23,7 +23,7 @@ class FaultInjector:
     """Changes robots so that they can have faults, and gives them these. One thread uses it.
 
     Attributes:
-        schedule: The faults and their states.
+        states: Of the faults, in the order of the file.
         batteries: By the names of the robots; only of those that have one.
     """
 
@@ -45,7 +45,7 @@ class FaultInjector:
         Raises:
             FaultError: A fault cannot happen in this world; the message says which one.
         """
-        self.schedule = FaultSchedule(plan, list(robots))
+        self.states = fault_states(plan, list(robots))
         self._obstacles = obstacles
         self._simulations = robots
         self._bodies: Dict[str, FaultyPhysics] = {}
@@ -53,7 +53,7 @@ class FaultInjector:
         self.batteries: Dict[str, Battery] = {}
         self._driven = dict.fromkeys(robots, 0.0)
         self._time = 0.0
-        for state in self.schedule.states:
+        for state in self.states:
             self._check(state, world)
         for index, (name, simulation) in enumerate(robots.items()):
             body = FaultyPhysics(simulation.physics, (plan.seed, index))
@@ -96,11 +96,11 @@ class FaultInjector:
         time = next(iter(self._simulations.values())).time
         seconds, self._time = time - self._time, time
         conditions = {name: self._condition(name, seconds) for name in self._simulations}
-        changed = self.schedule.over(time, conditions)
+        changed = [state for state in self.states if state.is_over(time, conditions)]
         for state in changed:
             state.end(time)
             self._end(state)
-        for state in self.schedule.due(time, seconds, conditions):
+        for state in [one for one in self.states if one.is_due(time, seconds, conditions)]:
             if self._begin(state):
                 state.begin(time)
                 changed.append(state)
@@ -152,7 +152,7 @@ class FaultInjector:
     def _end(self, state: FaultState) -> None:
         """Ends a fault's effect on poses and doors, unless another fault has the same."""
         effect = state.fault.effect
-        others = [one for one in self.schedule.states if one.active]
+        others = [one for one in self.states if one.active]
         if isinstance(effect, ClosedDoor):
             doors = [one.fault.effect for one in others if isinstance(one.fault.effect, ClosedDoor)]
             if any(set(door.ends) == set(effect.ends) for door in doors):
@@ -167,7 +167,7 @@ class FaultInjector:
     def _disturbance(self, name: str) -> Disturbance:
         """Returns the sum of all that disturbs a robot now."""
         total = Disturbance()
-        for state in self.schedule.states:
+        for state in self.states:
             if state.active and name in state.robots:
                 effect = state.fault.effect
                 if isinstance(effect, Disturbance):

@@ -19,19 +19,14 @@ class AtTime:
 
 @dataclass(frozen=True)
 class AtPlace:
-    """Trigger: the robot is within a radius of a point.
+    """Trigger: the robot is within a radius of a place."""
 
-    Attributes:
-        within: The radius.
-    """
-
-    x: float
-    y: float
+    place: Pose
     within: float
 
     def holds(self, pose: Pose) -> bool:
         """Returns whether a robot at a pose is there."""
-        return pose.distance(Pose(self.x, self.y, 0.0)) <= self.within
+        return pose.distance(self.place) <= self.within
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Union
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term
 from rosoclingo_interfaces.errors import WaypointError
-from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
+from rosoclingo_interfaces.navigation.waypoints import Waypoints
 from rosoclingo_simulator.faults.kinds import (
     AtPlace,
     AtTime,
@@ -21,7 +21,7 @@ from rosoclingo_simulator.faults.kinds import (
     FaultTrigger,
     WrongPose,
 )
-from rosoclingo_simulator.faults.source import FaultSource, FaultValue, load_faults
+from rosoclingo_simulator.faults.source import FaultValue, load_faults
 from rosoclingo_simulator.physics.faulty import Disturbance
 from rosoclingo_simulator.physics.obstacles import PassageEnd
 from rosoclingo_simulator.physics.physics import Pose
@@ -44,10 +44,7 @@ def read_faults(faults: Union[Path, Mapping[str, Any]], waypoints: Waypoints) ->
     Raises:
         FaultError: The file cannot be read, or something in it is wrong; the message says where.
     """
-    if isinstance(faults, Path):
-        top = load_faults(faults)
-    else:
-        top = FaultValue(FaultSource("~faults"), dict(faults))
+    top = load_faults(faults) if isinstance(faults, Path) else FaultValue("~faults", dict(faults))
     entries = top.entries("seed", "faults")
     if "faults" not in entries:
         raise top.wrong("faults is missing; add a list, such as faults: [{fault: slip}]")
@@ -153,7 +150,7 @@ def _closed_door(item: FaultValue, entries: _Entries, waypoints: Waypoints) -> C
 
 def _passage_end(value: FaultValue, pose: Pose) -> PassageEnd:
     name = value.value if isinstance(value.value, str) else f"({pose.x:g}, {pose.y:g})"
-    return PassageEnd(name, Waypoint(pose.x, pose.y, pose.theta))
+    return PassageEnd(name, pose)
 
 
 def _battery(_: FaultValue, entries: _Entries, waypoints: Waypoints) -> BatteryModel:
@@ -194,8 +191,8 @@ def _number(entries: _Entries, key: str, default: float, most: float) -> float:
 def _place(
     value: FaultValue, within: Optional[FaultValue], default: float, waypoints: Waypoints
 ) -> AtPlace:
-    pose = _pose(value, waypoints)
-    return AtPlace(pose.x, pose.y, within.positive() if within is not None else default)
+    metres = default if within is None else within.positive()
+    return AtPlace(_pose(value, waypoints), metres)
 
 
 def _pose(value: FaultValue, waypoints: Waypoints) -> Pose:
@@ -206,12 +203,11 @@ def _pose(value: FaultValue, waypoints: Waypoints) -> Pose:
                 raise value.wrong(f"{key} is missing; add it")
         return _coordinates(value)
     try:
-        waypoint = waypoints.find(str(parse_term(value.text())))
+        return waypoints.find(str(parse_term(value.text())))
     except TermError as err:
         raise value.wrong(f"{value.value!r:.80} is no waypoint: {err}") from err
     except WaypointError as err:
         raise value.wrong(err) from err
-    return Pose(waypoint.x, waypoint.y, waypoint.theta)
 
 
 def _coordinates(value: FaultValue) -> Pose:

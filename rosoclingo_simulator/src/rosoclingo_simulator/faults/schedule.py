@@ -1,10 +1,10 @@
-"""Fault schedule: tells at each step which faults are to begin, and which to end."""
+"""Fault schedule: when each fault of each robot is to begin, and when to end."""
 
 from __future__ import annotations
 
 import random
 from dataclasses import dataclass, field
-from typing import Dict, List, Mapping, Sequence, Tuple
+from typing import Dict, Iterable, List, Mapping, Sequence, Tuple
 
 from rosoclingo_simulator.errors import FaultError
 from rosoclingo_simulator.faults.kinds import (
@@ -37,6 +37,10 @@ class RobotCondition:
     metres: float = 0.0
     lost: bool = False
     empty: bool = False
+
+
+RobotConditions = Mapping[str, RobotCondition]
+"""By the names of the robots."""
 
 
 @dataclass
@@ -76,8 +80,15 @@ class FaultState:
         self.active = False
         self.ended.append(time)
 
-    def is_due(self, time: float, seconds: float, robots: Sequence[RobotCondition]) -> bool:
-        """Returns whether it is to begin, and so until it has begun."""
+    def is_due(self, time: float, seconds: float, conditions: RobotConditions) -> bool:
+        """Returns whether it is to begin after a step, and so until it has begun.
+
+        Args:
+            time: Since the start.
+            seconds: Of the step.
+            conditions: Of all robots.
+        """
+        robots = [conditions[name] for name in self.robots]
         there = self._there
         trigger = self.fault.trigger
         if isinstance(trigger, AtPlace):
@@ -98,11 +109,11 @@ class FaultState:
             self._triggered = self.random.random() < part
         return self._triggered
 
-    def is_over(self, time: float, robots: Sequence[RobotCondition]) -> bool:
-        """Returns whether it is to end."""
+    def is_over(self, time: float, conditions: RobotConditions) -> bool:
+        """Returns whether it is to end after a step."""
         if not self.active:
             return False
-        fault = self.fault
+        fault, robots = self.fault, [conditions[name] for name in self.robots]
         if fault.lasts is not None and time >= self.begun[-1] + fault.lasts - _ROUNDING:
             return True
         if isinstance(fault.effect, WrongPose):
@@ -112,71 +123,46 @@ class FaultState:
         return False
 
 
-class FaultSchedule:
-    """The faults of all robots. Deterministic for a seed; one thread uses it.
+def fault_states(plan: FaultPlan, robots: Sequence[str]) -> List[FaultState]:
+    """Returns a state for each fault of each robot, in the order of the file.
 
     Each has its own random numbers: another entry in the file does not change them.
 
-    Attributes:
-        states: A state for each fault of each robot, in the order of the file.
+    Args:
+        plan: The faults.
+        robots: Their names; the only one's may be empty.
+
+    Raises:
+        FaultError: A fault is that of a robot that does not exist.
     """
-
-    def __init__(self, plan: FaultPlan, robots: Sequence[str]) -> None:
-        """Starts with no fault.
-
-        Args:
-            plan: The faults.
-            robots: Their names; the only one's may be empty.
-
-        Raises:
-            FaultError: A fault is that of a robot that does not exist.
-        """
-        self.states: List[FaultState] = []
-        for fault in plan.faults:
-            if fault.robot is not None and fault.robot not in robots:
-                known = ", ".join(name for name in robots if name)
-                raise FaultError(
-                    f"{fault.where}: robot: there is no robot {fault.robot!r}; "
-                    + (f"there are {known} (~fleet)" if known else "leave it out, as there is one")
-                )
-            names = tuple(robots) if fault.robot is None else (fault.robot,)
-            of_world = isinstance(fault.effect, ClosedDoor)
-            for group in [names] if of_world else [(name,) for name in names]:
-                seed = f"{plan.seed} {fault.number} {' '.join(group)}"
-                # Nobody guards a secret with them.
-                self.states.append(FaultState(fault, group, random.Random(seed)))  # noqa: S311
-
-    def over(self, time: float, robots: Mapping[str, RobotCondition]) -> List[FaultState]:
-        """Returns the faults that are to end after a step."""
-        return [one for one in self.states if one.is_over(time, _of(one, robots))]
-
-    def due(
-        self, time: float, seconds: float, robots: Mapping[str, RobotCondition]
-    ) -> List[FaultState]:
-        """Returns the faults that are to begin after a step.
-
-        Args:
-            time: Since the start.
-            seconds: Of the step.
-            robots: The conditions of the robots, by their names.
-        """
-        return [one for one in self.states if one.is_due(time, seconds, _of(one, robots))]
-
-    def report(self) -> List[Dict[str, object]]:
-        """Returns all faults that have begun, with their times, for others to read."""
-        return [
-            {
-                "fault": one.fault.kind,
-                "number": one.fault.number,
-                "robot": one.robots[0] if len(one.robots) == 1 else "",
-                "active": one.active,
-                "begun": [round(time, 3) for time in one.begun],
-                "ended": [round(time, 3) for time in one.ended],
-            }
-            for one in self.states
-            if one.begun
-        ]
+    states: List[FaultState] = []
+    for fault in plan.faults:
+        if fault.robot is not None and fault.robot not in robots:
+            known = ", ".join(name for name in robots if name)
+            raise FaultError(
+                f"{fault.where}: robot: there is no robot {fault.robot!r}; "
+                + (f"there are {known} (~fleet)" if known else "leave it out, as there is one")
+            )
+        names = tuple(robots) if fault.robot is None else (fault.robot,)
+        of_world = isinstance(fault.effect, ClosedDoor)
+        for group in [names] if of_world else [(name,) for name in names]:
+            seed = f"{plan.seed} {fault.number} {' '.join(group)}"
+            # Nobody guards a secret with them.
+            states.append(FaultState(fault, group, random.Random(seed)))  # noqa: S311
+    return states
 
 
-def _of(state: FaultState, robots: Mapping[str, RobotCondition]) -> List[RobotCondition]:
-    return [robots[name] for name in state.robots]
+def report_faults(states: Iterable[FaultState]) -> List[Dict[str, object]]:
+    """Returns all faults that have begun, with their times, for others to read."""
+    return [
+        {
+            "fault": one.fault.kind,
+            "number": one.fault.number,
+            "robot": one.robots[0] if len(one.robots) == 1 else "",
+            "active": one.active,
+            "begun": [round(time, 3) for time in one.begun],
+            "ended": [round(time, 3) for time in one.ended],
+        }
+        for one in states
+        if one.begun
+    ]

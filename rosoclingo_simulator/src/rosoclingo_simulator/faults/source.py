@@ -1,62 +1,16 @@
-"""The text of a file of faults, and its values, each with the way to it for errors."""
+"""The text of a file of faults, and its values, each with its line for errors."""
 
 from __future__ import annotations
 
-import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Optional, Union
 
 import yaml
 
 from rosclingo import strict_yaml
 from rosoclingo_simulator.errors import FaultError
-
-_Step = Union[str, int]
-
-
-@dataclass(frozen=True)
-class FaultSource:
-    """Where faults were read.
-
-    Attributes:
-        name: Of the file, or of the parameter.
-        text: The YAML text, which has lines; None for values that somebody has parsed.
-    """
-
-    name: str
-    text: Optional[str] = None
-
-    def place(self, path: Sequence[_Step]) -> str:
-        """Returns the file, and the line of the value to which keys and indices lead."""
-        if self.text is None:
-            return self.name
-        node = _composed(self.text)
-        line = 0
-        for step in path:
-            found = _child(node, step)
-            if found is None:
-                break
-            key, node = found
-            line = key.start_mark.line
-        return f"{self.name}, line {line + 1}"
-
-
-@functools.lru_cache(maxsize=1)  # each fault has its place
-def _composed(text: str) -> Any:
-    return strict_yaml.compose(text)
-
-
-def _child(node: Any, step: _Step) -> Optional[Tuple[Any, Any]]:
-    """Returns the node of a key or an item, and that of its value; None if there is none."""
-    if isinstance(node, yaml.MappingNode):
-        for key, value in node.value:
-            if key.value == str(step):
-                return key, value
-    if isinstance(node, yaml.SequenceNode) and isinstance(step, int):
-        return node.value[step], node.value[step]
-    return None
 
 
 @dataclass(frozen=True)
@@ -64,29 +18,31 @@ class FaultValue:
     """A value of the file. Its methods check it, and raise a FaultError that says where it is.
 
     Attributes:
-        source: Where it was read.
+        source: The file, or the parameter.
         value: What YAML says.
-        path: The keys and indices that lead to it.
+        node: What PyYAML has composed of it; None if it was not composed.
+        line: Where its key or it begins, from 1 on; None for a value that somebody has parsed.
+        key: Its key in a mapping; empty if it has none.
         about: What it belongs to, for errors, such as ``fault 2 (slip)``.
     """
 
-    source: FaultSource
+    source: str
     value: Any
-    path: Tuple[_Step, ...] = ()
+    node: Optional[yaml.Node] = None
+    line: Optional[int] = None
+    key: str = ""
     about: str = ""
 
     @property
     def where(self) -> str:
         """The place, for errors."""
-        place = self.source.place(self.path)
+        place = self.source if self.line is None else f"{self.source}, line {self.line}"
         return f"{place}: {self.about}" if self.about else place
 
     def wrong(self, reason: object) -> FaultError:
         """Returns the error that says why the value is wrong."""
-        key = self.path[-1] if self.path and isinstance(self.path[-1], str) else ""
-        return FaultError(
-            f"{self.where}: {key:.80}: {reason}" if key else f"{self.where}: {reason}"
-        )
+        key = f"{self.key:.80}: " if self.key else ""
+        return FaultError(f"{self.where}: {key}{reason}")
 
     def entries(self, *known: str) -> Dict[str, FaultValue]:
         """Returns the entries of a mapping that has these keys, or some of them."""
@@ -108,7 +64,7 @@ class FaultValue:
 
     def called(self, about: str) -> FaultValue:
         """Returns the same value as a part of something else."""
-        return FaultValue(self.source, self.value, self.path, about)
+        return replace(self, about=about)
 
     def number(self, least: float = -math.inf, most: float = math.inf) -> float:
         """Returns a finite number within bounds."""
@@ -152,8 +108,17 @@ class FaultValue:
             raise self.wrong(f"expected {' or '.join(words)}, not {self.value!r:.80}")
         return str(self.value)
 
-    def _child(self, step: _Step, value: Any) -> FaultValue:
-        return FaultValue(self.source, value, (*self.path, step), self.about)
+    def _child(self, step: Union[str, int], value: Any) -> FaultValue:
+        """Returns an entry or an item; an entry that is merged into a mapping has its line."""
+        key = node = None
+        if isinstance(self.node, yaml.MappingNode):
+            pairs = (pair for pair in self.node.value if pair[0].value == step)
+            key, node = next(pairs, (None, None))
+        elif isinstance(self.node, yaml.SequenceNode):
+            key = node = self.node.value[step]
+        line = self.line if key is None else key.start_mark.line + 1
+        name = step if isinstance(step, str) else ""
+        return FaultValue(self.source, value, node, line, name, self.about)
 
 
 def load_faults(file: Path) -> FaultValue:
@@ -164,7 +129,7 @@ def load_faults(file: Path) -> FaultValue:
     """
     try:
         text = file.read_text(encoding="utf-8")
-        return FaultValue(FaultSource(str(file), text), strict_yaml.load(text))
+        return FaultValue(str(file), strict_yaml.load(text), strict_yaml.compose(text), line=1)
     except OSError as err:
         raise FaultError(f"{file}: {err.strerror}; check the path (~faults)") from err
     except UnicodeDecodeError as err:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Optional, Sequence
+from typing import Callable, Optional, Sequence
 
 from rosoclingo_simulator.navigation.estimator import PoseEstimator
 from rosoclingo_simulator.navigation.follower import STOP, VelocityCommand
@@ -30,7 +30,7 @@ class Simulation:
         steps: How many there were.
         scan: What the laser has measured last; None before the first time.
         command: What the wheels are told in this step.
-        watched: Whether somebody wants scans also while there is no goal.
+        is_watched: Tells whether somebody wants scans also while there is no goal.
         neighbours: The other robots around.
         estimator: Its localisation, which may be wrong; None if it knows where it is.
     """
@@ -41,7 +41,7 @@ class Simulation:
     steps: int = 0
     scan: Optional[Scan] = None
     command: VelocityCommand = STOP
-    watched: bool = False
+    is_watched: Callable[[], bool] = lambda: False
     neighbours: Sequence[Neighbour] = ()
     estimator: Optional[PoseEstimator] = None
     _start: Pose = field(init=False)
@@ -103,7 +103,7 @@ class Simulation:
             self.command = self.move_base.update(pose, velocity, scan, self.time, others)
             self._told = STOP
         else:
-            if self.watched:
+            if self.is_watched():
                 self._look()
             self.command = self._told if is_told else STOP
         self.physics.step(*self.command, STEP_SECONDS)

@@ -13,7 +13,6 @@ from rosoclingo_simulator.physics.physics import (
     ANGULAR_SPEED,
     LINEAR_SPEED,
     WHEEL_DISTANCE,
-    Box,
     Physics,
     Pose,
     Velocity,
@@ -129,11 +128,6 @@ class FaultyPhysics:
         return self.body.pose
 
     @property
-    def robots(self) -> Sequence[Pose]:
-        """The poses of all robots of the world."""
-        return self.body.robots
-
-    @property
     def velocity(self) -> Tuple[float, float]:
         """The velocity of the robot by its wheels, which may slip, in m/s and rad/s."""
         return self._wheels
@@ -142,14 +136,6 @@ class FaultyPhysics:
     def touches(self) -> bool:
         """The contact of the robot, as of the body."""
         return self.body.touches
-
-    def put(self, name: str, box: Box) -> None:
-        """Puts a box into the world, in place of the one of the same name if there is one."""
-        self.body.put(name, box)
-
-    def remove(self, name: str) -> None:
-        """Takes a box away; does nothing if there is none of the name."""
-        self.body.remove(name)
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
         """Returns the ranges of a laser with noise; see :class:`.physics.Physics`."""

@@ -8,6 +8,8 @@ from typing import Any, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 
+from rosoclingo_interfaces.navigation.waypoints import Waypoint
+
 ROBOT_RADIUS = 0.18
 """The robot is a disc of this radius, in metres."""
 
@@ -37,23 +39,8 @@ Velocity = Tuple[float, float]
 """Speed and speed of turning, in m/s and rad/s."""
 
 
-@dataclass(frozen=True)
-class Pose:
-    """A place on the floor, and a direction.
-
-    Attributes:
-        x: In metres.
-        y: In metres.
-        theta: In radians, counter-clockwise from the x-axis.
-    """
-
-    x: float
-    y: float
-    theta: float
-
-    def distance(self, other: Pose) -> float:
-        """Returns how far two places are apart, in metres."""
-        return math.hypot(other.x - self.x, other.y - self.y)
+Pose = Waypoint
+"""A place on the floor, and a direction."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +71,20 @@ class Box:
         )
 
 
+class SharedSpace(Protocol):
+    """The world of all robots of a kind of physics, and boxes in it. One thread uses it."""
+
+    @property
+    def robots(self) -> Sequence[Pose]:
+        """The poses of all robots of the world."""
+
+    def put(self, name: str, box: Box) -> None:
+        """Puts a box into the world, in place of the one of the same name if there is one."""
+
+    def remove(self, name: str) -> None:
+        """Takes a box away; does nothing if there is none of the name."""
+
+
 class Physics(Protocol):
     """The physics of a robot in a world. One thread uses it."""
 
@@ -104,22 +105,12 @@ class Physics(Protocol):
         """The true pose of the robot in the map."""
 
     @property
-    def robots(self) -> Sequence[Pose]:
-        """The poses of all robots of the world."""
-
-    @property
     def velocity(self) -> Velocity:
         """The true velocity of the robot by its wheels, in m/s and rad/s."""
 
     @property
     def touches(self) -> bool:
         """The contact of the robot with a wall, a box or another robot, now or in the last step."""
-
-    def put(self, name: str, box: Box) -> None:
-        """Puts a box into the world, in place of the one of the same name if there is one."""
-
-    def remove(self, name: str) -> None:
-        """Takes a box away; does nothing if there is none of the name."""
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
         """Returns the ranges of a laser in the robot's centre.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Dict, Sequence
+from typing import Sequence
 
 import rospy
 from sensor_msgs.msg import BatteryState
@@ -13,7 +13,7 @@ from std_msgs.msg import String
 from rosclingo.ros.low_latency import publisher
 from rosoclingo_simulator.faults.battery import Battery
 from rosoclingo_simulator.faults.injector import FaultInjector
-from rosoclingo_simulator.faults.schedule import FaultState
+from rosoclingo_simulator.faults.schedule import FaultState, report_faults
 from rosoclingo_simulator.ros.messages import RobotNames
 
 _BATTERY_SECONDS = 1.0  # of simulated time, from one message about a battery to the next
@@ -33,12 +33,11 @@ class FaultPublisher:
         self._injector = injector
         self._due = 0.0
         self._faults = publisher("~faults", String, latch=True)
-        self._batteries = {
-            name.robot: publisher(name.topic("battery_state"), BatteryState, latch=True)
+        self._batteries = [
+            (name, publisher(name.topic("battery_state"), BatteryState, latch=True))
             for name in names
             if name.robot in injector.batteries
-        }
-        self._frames: Dict[str, str] = {name.robot: name.base for name in names}
+        ]
         self._publish(0.0)
 
     def update(self, time: float, stamp: rospy.Time) -> None:
@@ -55,15 +54,15 @@ class FaultPublisher:
             self._publish(time)
         if time >= self._due - _ROUNDING:
             self._due = time + _BATTERY_SECONDS
-            for robot, topic in self._batteries.items():
-                message = battery_message(self._injector.batteries[robot])
+            for name, topic in self._batteries:
+                message = battery_message(self._injector.batteries[name.robot])
                 message.header.stamp = stamp
-                message.header.frame_id = self._frames[robot]
+                message.header.frame_id = name.base
                 topic.publish(message)
 
     def _publish(self, time: float) -> None:
-        report = {"time": round(time, 3), "faults": self._injector.schedule.report()}
-        self._faults.publish(json.dumps(report))
+        told = {"time": round(time, 3), "faults": report_faults(self._injector.states)}
+        self._faults.publish(json.dumps(told))
 
 
 def battery_message(battery: Battery) -> BatteryState:

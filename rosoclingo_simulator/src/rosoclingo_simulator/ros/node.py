@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import concurrent.futures
-import sys
 import threading
 import time
+from functools import partial
 from typing import (
     TYPE_CHECKING,
     Callable,
@@ -24,7 +24,7 @@ from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros.init import give_up, init_node, spin
+from rosclingo.ros.init import init_node, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
 from rosoclingo_interfaces.ros.topics import publishers
@@ -41,7 +41,7 @@ from rosoclingo_simulator.pacer import Pacer
 from rosoclingo_simulator.physics.kinematic import KinematicPhysics
 from rosoclingo_simulator.physics.obstacles import Obstacles
 from rosoclingo_simulator.physics.occupancy import OccupancyMap, read_map
-from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, STEP_SECONDS, Physics, Pose
+from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, STEP_SECONDS, Pose
 from rosoclingo_simulator.ros import messages
 from rosoclingo_simulator.ros.faults import FaultPublisher
 from rosoclingo_simulator.ros.localisation import MapServer
@@ -50,6 +50,7 @@ from rosoclingo_simulator.ros.settings import Settings, read_settings
 from rosoclingo_simulator.srv import Obstacle, ObstacleRequest, ObstacleResponse
 
 if TYPE_CHECKING:
+    from rosoclingo_simulator.physics.mujoco.mujoco_physics import MujocoPhysics
     from rosoclingo_simulator.ros.camera import CameraPublisher
 
 _USAGE = """usage: simulator.py [_PARAMETER:=VALUE]... [ROS remappings]
@@ -57,6 +58,7 @@ _USAGE = """usage: simulator.py [_PARAMETER:=VALUE]... [ROS remappings]
 Simulates robots with lasers, obstacles and, unless told otherwise, localisation and move_base.
 Parameters, such as _speed:=10, are described in the package's README."""
 
+_SLOW = "too slow: simulated time goes %.2g times as fast as real time"
 _SECONDS_TO_ANSWER = 10.0  # of wall time, for the simulation's thread
 _SECONDS_TO_END = 1.0  # likewise, for its last step
 # Likewise, from one message of /clock to the next, at least: at speed 10, those of every fourth
@@ -117,7 +119,7 @@ class SimulatorNode:
         self._service = rospy.Service("~obstacle", Obstacle, self._obstacle)
         self._pace: Union[Pacer, FollowedClock]
         if settings.clock:
-            self._pace = Pacer(settings.speed, self._on_slow, sleep=self._stop.wait)
+            self._pace = Pacer(settings.speed, partial(rospy.logwarn, _SLOW), sleep=self._stop.wait)
         else:
             self._pace = followed = FollowedClock(rospy.logwarn)
             self._followed = subscriber(
@@ -136,13 +138,11 @@ class SimulatorNode:
         for robot in self._robots:
             robot.close()
         self._stopped.set()
-        spin()  # until the master knows that this node is gone
 
     def _step(self, jump: float) -> None:
         """Simulates and publishes one step; the clock comes after the messages that it stamps."""
         for robot in self._robots:
             robot.simulation.begin += jump
-            robot.prepare()
         self._fleet.step()
         first = self._robots[0].simulation
         stamp = rospy.Time.from_sec(first.now)
@@ -176,9 +176,6 @@ class SimulatorNode:
             return ObstacleResponse(False, str(err))
         rospy.loginfo("%s", message)
         return ObstacleResponse(True, message)
-
-    def _on_slow(self, speed: float) -> None:
-        rospy.logwarn("too slow: simulated time goes %.2g times as fast as real time", speed)
 
 
 def _about(settings: Settings) -> str:
@@ -214,10 +211,8 @@ def _starts(settings: Settings, world: OccupancyMap, waypoints: Waypoints) -> Li
         "the robot": ("~initial_pose, or ROBOT_INITIAL_POSE with a launch file", settings.pose)
     }
     if settings.fleet:
-        found = {name: waypoints.find(waypoint) for name, waypoint in settings.fleet.items()}
-        places = {
-            name: ("~fleet", Pose(place.x, place.y, place.theta)) for name, place in found.items()
-        }
+        fleet = settings.fleet.items()
+        places = {name: ("~fleet", waypoints.find(waypoint)) for name, waypoint in fleet}
     starts: Dict[str, Pose] = {}
     for name, (remedy, pose) in places.items():
         if world.clearance(pose.x, pose.y) < ROBOT_RADIUS:
@@ -237,7 +232,7 @@ def _bodies(
     world: OccupancyMap,
     starts: Sequence[Pose],
     names: Sequence[messages.RobotNames],
-) -> List[Tuple[Physics, Optional[CameraPublisher]]]:
+) -> List[Tuple[Union[KinematicPhysics, MujocoPhysics], Optional[CameraPublisher]]]:
     """Starts the kind of physics that is wanted, for each robot, and cameras if it has them."""
     if settings.physics == "kinematic":
         first = KinematicPhysics(world, starts[0])
@@ -261,13 +256,13 @@ def main() -> NoReturn:
     init_node("simulator", usage=_USAGE)
     if not rospy.get_param("/use_sim_time", False):
         rospy.logwarn("/use_sim_time is not set: other nodes do not go by the simulator's clock")
-    try:
-        settings = read_settings()
-        if settings.clock:
-            _warn_of_another_clock()
-        node = SimulatorNode(settings)
-    except RosclingoError as err:
-        give_up(err)
+    run_node(_simulate)
+
+
+def _simulate() -> None:
+    settings = read_settings()
+    if settings.clock:
+        _warn_of_another_clock()
+    node = SimulatorNode(settings)
     rospy.loginfo("simulates %s", _about(settings))
     node.run()
-    sys.exit(0)

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Callable, List, Optional
+from functools import partial
+from typing import TYPE_CHECKING, Any, Callable, List, Optional, Union
 
 import rospy
 from geometry_msgs.msg import TransformStamped, Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Bool
+from tf2_msgs.msg import TFMessage
 
-from rosclingo.ros.low_latency import subscriber
+from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo_simulator.calls import Calls
 from rosoclingo_simulator.navigation.follower import VelocityCommand
 from rosoclingo_simulator.navigation.simulation import Simulation
+from rosoclingo_simulator.physics.laser import Scan
 from rosoclingo_simulator.ros import messages
-from rosoclingo_simulator.ros.action import GoalServer
 from rosoclingo_simulator.ros.localisation import Localisation
 from rosoclingo_simulator.ros.navigation import Navigation
-from rosoclingo_simulator.ros.publications import Publications
 
 if TYPE_CHECKING:
     from rosoclingo_simulator.ros.camera import CameraPublisher
@@ -23,6 +27,9 @@ if TYPE_CHECKING:
 
 class Robot:
     """Connects a robot with ROS. All methods are for the simulation's thread.
+
+    Messages that nobody listens to are not made, and those of each step are made once and filled
+    again: rospy has written them when ``publish`` returns.
 
     Attributes:
         simulation: What drives it.
@@ -56,34 +63,62 @@ class Robot:
         self._camera = camera
         if camera is not None:
             self.fixed += camera.transforms()
-        self._localisation: Optional[Localisation] = None
+        self._parts: List[Union[Localisation, Navigation]] = []
         if localisation:
-            self._localisation = Localisation(simulation, names, calls, ask)
-            self.fixed += self._localisation.fixed
+            known = Localisation(simulation, names, calls, ask)
+            self.fixed += known.fixed
+            self._parts.append(known)
         self._navigation: Optional[Navigation] = None
-        self._goals: Optional[GoalServer] = None
         if simulation.move_base is not None:
-            self._navigation = Navigation(simulation, simulation.move_base, names, ask)
-            self._goals = GoalServer(simulation, simulation.move_base, names, calls)
-        self._publications = Publications(simulation, names)
+            self._navigation = Navigation(simulation, simulation.move_base, names, calls, ask)
+            self._parts.append(self._navigation)
+        self._tf = publisher("/tf", TFMessage)
+        self._odom = publisher(names.topic("odom"), Odometry)
+        self._truth = publisher(names.topic("ground_truth"), Odometry)
+        self._scan = publisher(names.topic("scan"), LaserScan)
+        simulation.is_watched = partial(_listened, self._scan)
+        self._touches = publisher(names.topic("~touches"), Bool, latch=True)
+        self._odom_message = messages.odometry(names.odom, names.footprint)
+        self._truth_message = messages.odometry(messages.MAP, names.footprint)
+        self._transform = messages.transform(names.odom, names.footprint, simulation.odometry)
+        self._told_scan: Optional[Scan] = None
+        self._told_touches: Optional[bool] = None
         self._subscriber = subscriber(names.topic("cmd_vel"), Twist, self._on_command)
-
-    def prepare(self) -> None:
-        """Prepares a step: requests a scan if one is wanted."""
-        self.simulation.watched = self._publications.scan_is_wanted
 
     def publish(self, stamp: rospy.Time) -> None:
         """Tells of a step."""
-        if self._localisation is not None:
-            self._localisation.publish(stamp)
-        if self._navigation is not None:
-            self._navigation.publish(stamp)
-        self._publications.publish(stamp)
+        for part in self._parts:
+            part.publish(stamp)
+        pose, velocity = self.simulation.physics.pose, self.simulation.physics.velocity
+        if _listened(self._tf) or _listened(self._odom):
+            moved = self.simulation.odometry
+            self._transform.header.stamp = stamp
+            messages.set_transform(self._transform, moved)
+            self._tf.publish([self._transform])
+            messages.set_odometry(self._odom_message, moved, velocity, stamp)
+            self._odom.publish(self._odom_message)
+        if _listened(self._truth):
+            velocity = self.simulation.true_velocity
+            messages.set_odometry(self._truth_message, pose, velocity, stamp)
+            self._truth.publish(self._truth_message)
+        self._publish_scan()
+        touches = self.simulation.physics.touches
+        if touches != self._told_touches:
+            self._touches.publish(touches)
+            self._told_touches = touches
+
+    def _publish_scan(self) -> None:
+        scan = self.simulation.scan
+        if scan is not None and scan is not self._told_scan:
+            self._told_scan = scan
+            if _listened(self._scan):
+                stamp = rospy.Time.from_sec(self.simulation.begin + scan.time)
+                self._scan.publish(messages.scan_message(scan, self._names.laser, stamp))
 
     def answer(self, stamp: rospy.Time) -> None:
         """Sends results of goals, and publishes images, after the clock."""
-        if self._goals is not None:
-            self._goals.update()
+        if self._navigation is not None:
+            self._navigation.update()
         if self._camera is not None:
             self._camera.update(self.simulation.time, stamp)
 
@@ -105,3 +140,7 @@ class Robot:
     def _drive(self, command: VelocityCommand) -> None:
         if not self.simulation.drive(command):
             rospy.logwarn_throttle(5.0, "commands are ignored while the robot drives to a goal")
+
+
+def _listened(topic: Any) -> bool:
+    return bool(topic.get_num_connections())

@@ -36,7 +36,7 @@ class Settings:
         map: A map_server's YAML file.
         waypoints: The file with the places for boxes.
         world: The world for MuJoCo.
-        physics: One of ``KINDS``.
+        physics: One of ``PHYSICS_KINDS``.
         speed: Seconds of simulated time in one of wall time.
         clock: Whether the simulator is the clock, or goes by that of another.
         navigation: Whether it is move_base, too.

@@ -55,7 +55,7 @@ class WorldWaypoint:
     """A place where a robot can be told to go.
 
     Attributes:
-        kind: One of ``KINDS``.
+        kind: One of ``WORLD_KINDS``.
         theta: Where a robot looks there; 0 is east, and it grows to the left.
     """
 
@@ -71,7 +71,7 @@ class Room:
     """A part of the free floor.
 
     Attributes:
-        kind: One of ``KINDS``.
+        kind: One of ``WORLD_KINDS``.
         areas: The room is all of them.
         doors: Openings in the walls of the room; an area from one side of the wall to the other.
     """
