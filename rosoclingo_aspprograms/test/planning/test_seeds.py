@@ -270,11 +270,8 @@ class Noted(Recorded):
     """Knows what another planner has noted."""
 
     def __init__(self, noted: List[SearchEnded]) -> None:
+        super().__init__(knows_searches=True)
         self._noted = noted
-
-    @property
-    def knows_searches(self) -> bool:
-        return True
 
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
         is_due = self._noted and self._noted[0].how in ways and self._noted[0].round == number
