@@ -525,7 +525,7 @@ class Planner(PlannerState):
         return Searching(
             self._solver,
             self.demand,
-            lambda parts: self.run(self.demand.ground(parts)),
+            self.run,
             patience=self.patience,
             first=_FIRST if self._is_hasty else None,
             awaits_layers=self._patience > 0,
@@ -533,7 +533,6 @@ class Planner(PlannerState):
             recorded=self.recorded,
             note=self.note,
             layers=self.layers,
-            run=self.run,
             seed_planner=self._seed_planner,
             is_late=is_late,
             varies=self._varies,
