@@ -202,9 +202,8 @@ class Planner(PlannerState):
         return [self._grounding(step) for step in missing]
 
     def _grounding(self, step: int) -> wire.Ground:
-        return (
-            self.demand.ground_step(step) if self.demand else wire.Ground(tuple(step_parts(step)))
-        )
+        parts = step_parts(step)
+        return self.demand.ground(parts) if self.demand else wire.Ground(tuple(parts))
 
     def query(self, horizon: int, before: Optional[int], steps: Sequence[int]) -> None:
         """Asks for plans with a horizon.
@@ -293,7 +292,7 @@ class Planner(PlannerState):
                 stopped, self.quality, compares=prefers and bool(commands)
             )
             while self.demand.may_relax and outcome.result is wire.Result.UNSAT:
-                self.run(self.demand.prepare_relaxed(step))
+                self.run(self.demand.begin_search(step, "search", "relax"))
                 outcome, self.quality = self._searching().find(stopped, self.quality)
             needed = needed_horizon(outcome.symbols) if self.demand else None
             if needed is None or outcome.result is not wire.Result.SAT:
@@ -476,7 +475,7 @@ class Planner(PlannerState):
         """
         if not self.demand:
             return self._improve_plain(step, horizon, stopped)
-        self.run(self.demand.prepare_improving(step))
+        self.run(self.demand.begin_search(step, "search", "improve"))
         ended, better = self._searching().improve(stopped)
         self.quality = ended.quality
         if ended.how is not Ended.NOTHING:
