@@ -17,7 +17,7 @@ from rosoclingo.errors import ControllerError, OutsideError, PlannerError, Shutd
 from rosoclingo.loop import diagnosis, publishing, statuses
 from rosoclingo.loop.durability import Durability
 from rosoclingo.loop.inputs.inbox import Inbox
-from rosoclingo.loop.journal import LoopEnded, Reason
+from rosoclingo.loop.journal import CommandDone, LoopEnded, Reason
 from rosoclingo.loop.mode.controller import Decider, Info
 from rosoclingo.loop.mode.dispatch import DispatchError, bind
 from rosoclingo.loop.mode.named_steps import STEP_COMMANDS
@@ -239,7 +239,7 @@ class Loop:
         self._durability.begin_command(command)
         begin = time.perf_counter()
         self._call(command, info)
-        state.note_command(text, time.perf_counter() - begin)
+        state.note(CommandDone(text, state.result, time.perf_counter() - begin))
         state.show_plan()
         self._durability.end_command()
         if begins:

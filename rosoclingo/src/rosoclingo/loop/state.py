@@ -224,7 +224,7 @@ class State(Progress):
     def warn_once(self, kind: str, text: str) -> None:
         """Logs a warning, but only the first of its kind."""
         if not self.has_warned(kind):
-            self.note_warned(kind)
+            self._warned.add(kind)
             self.environment.warn(text)
 
     def _warn_of_missing(self, external: str) -> None:
@@ -237,10 +237,6 @@ class State(Progress):
     def note(self, event: journal.Event) -> None:
         """Adds an event to the journal. Thread-safe."""
         self.environment.note(journal.Record(event, self.step, self.horizon))
-
-    def note_command(self, command: str, seconds: float) -> None:
-        """Adds a command that was carried out to the journal, with the result of a search."""
-        self.note(journal.CommandDone(command, self.result, seconds))
 
     # What comes from outside.
 
@@ -369,7 +365,7 @@ class State(Progress):
         self.waiting.reminded = False
         self.goals.free_slots()
         if self.goals.waiting and self.goals.has_free_slot():
-            self.mail.note_goals()
+            self.mail.new_goals = True
 
     def show_executions(self, *, again: bool = False) -> None:
         """Publishes the last action of each actuator, if it or its answer is new, or again.

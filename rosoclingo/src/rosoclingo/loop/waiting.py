@@ -124,7 +124,7 @@ class Waiting:
     def _is_told_to_stop(self) -> bool:
         stops, self._stops = self._stops, False
         if stops:
-            self.mail.note_goals()
+            self.mail.new_goals = True
         return stops
 
     def _look(self) -> None:
@@ -158,7 +158,7 @@ class Waiting:
             return False
         if not self.reminded:
             self.reminded = True
-            self.mail.note_goals()
+            self.mail.new_goals = True
             return True
         if has_slot and goals.all_ended():
             goals.end_waiting(
