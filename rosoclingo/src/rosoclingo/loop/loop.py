@@ -25,8 +25,6 @@ from rosoclingo.loop.monitor import Doing
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.state import State, StateSnapshot
 from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.goals import Goal, GoalClient
-from rosoclingo.loop.values.snapshot import decode, encode
 from rosoclingo.loop.values.solver import Solver
 from rosoclingo.seed.downward import NONE
 
@@ -39,7 +37,7 @@ _OF_PLANNER |= {"assign_external", "assign_externals"}
 
 @dataclass(frozen=True)
 class LoopSnapshot:
-    """Saved state of a :class:`Loop`.
+    """Saved state of a :class:`Loop` between two steps, from which another loop can go on.
 
     Attributes:
         controller: What the controller keeps, as it says it.
@@ -143,30 +141,6 @@ class Loop:
         except Exception as err:
             self.end(f"internal error: {err!r}")
             raise
-
-    def snapshot(self) -> str:
-        """Returns all that the loop knows, as JSON; called by its thread between two steps."""
-        return encode(LoopSnapshot(self._controller.snapshot(), self.state.snapshot()))
-
-    def restore(self, saved: str, client: Callable[[str], GoalClient]) -> Dict[str, Goal]:
-        """Goes on where another loop was, in the place of :meth:`prepare`.
-
-        The planner has to be as it was for that one; the inbox has what came since then.
-
-        Args:
-            saved: The snapshot.
-            client: Returns who has sent a goal, by its id.
-
-        Returns:
-            All goals, by their ids.
-
-        Raises:
-            ValueError: The text is no snapshot.
-            ControllerError: The controller cannot be prepared.
-        """
-        snapshot = decode(LoopSnapshot, saved)
-        self._controller.restore(snapshot.controller)
-        return self.state.restore(snapshot.state, client)
 
     @property
     def dynamic(self) -> bool:
