@@ -31,24 +31,22 @@ _PERCENT = 10  # of which progress is told
 _ROUNDING = 1e-3  # of what came as a number of 32 bits
 
 
+@dataclass(eq=False)
 class WorldStopwatch:
     """How long an action goes on in the time of the world, as far as that was watched.
 
     A step back, or away from 0, counts for nothing: it is that of a simulator which starts.
+
+    Attributes:
+        last: When it was read last, in seconds of the world's time; at first, when it began.
 
     >>> stopwatch = WorldStopwatch(0.0)
     >>> [stopwatch.read(now) for now in (500.0, 502.0, 0.0, 1.0)]
     [0.0, 2.0, 2.0, 2.0]
     """
 
-    def __init__(self, now: float) -> None:
-        """Begins.
-
-        Args:
-            now: The time of the world, in seconds.
-        """
-        self._last = now
-        self._seconds = 0.0
+    last: float
+    _seconds: float = 0.0
 
     def read(self, now: float, *, counts: bool = True) -> float:
         """Returns the seconds until now.
@@ -57,9 +55,9 @@ class WorldStopwatch:
             now: The time of the world, in seconds.
             counts: Whether those since the last time count.
         """
-        if counts and 0 < self._last < now:
-            self._seconds += now - self._last
-        self._last = now
+        if counts and 0 < self.last < now:
+            self._seconds += now - self.last
+        self.last = now
         return self._seconds
 
 
