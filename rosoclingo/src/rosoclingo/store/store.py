@@ -283,7 +283,7 @@ class Store:
             number = rows.next_number
             rows.put(_INPUT, str(number), journal.to_text(arrival_of(item)))
             if isinstance(item, Goal):
-                new = KnownGoal(item.id, item.request, item.information, item.address)
+                new = KnownGoal(item.id, item.request, item.information, item.client.address)
                 self._put(rows, new)
             elif isinstance(item, Cancel) and item.goal.id in self._goals:
                 goal = self._goals[item.goal.id]
