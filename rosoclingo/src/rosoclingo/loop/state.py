@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosoclingo.loop import journal
-from rosoclingo.loop.believing import BeliefKeeper, BeliefsState
-from rosoclingo.loop.execution.durations import Durations, DurationsState
+from rosoclingo.loop.believing import BeliefKeeper
+from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.execution.executions import Executions, ExecutionsState
 from rosoclingo.loop.execution.heartbeats import Heartbeats
 from rosoclingo.loop.execution.interlock import Interlock, InterlockState
@@ -46,8 +46,8 @@ class StateSnapshot:
     executions: ExecutionsState
     interlock: InterlockState
     mail: MailSnapshot
-    durations: DurationsState
-    beliefs: BeliefsState
+    durations: Durations
+    beliefs: BeliefKeeper
     reminded: bool
 
 
