@@ -325,9 +325,7 @@ class SqliteStore(Durability):
     @property
     def summary(self) -> StoreSummary:
         """A summary of the store for diagnostics. Thread-safe."""
-        failure, store = self.store.failure, self.store
-        text = "" if failure is None else str(failure)
-        return StoreSummary(store.path, store.size, store.committed, text, self._is_unsure)
+        return self.store.summary(is_unsure=self._is_unsure)
 
     def interrupts(self, reason: str) -> bool:
         """Returns whether the run goes on in a later process, and refuses inputs until then."""

@@ -16,6 +16,7 @@ from rosclingo.wire.commands import Command
 from rosoclingo.errors import DamagedStoreError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.durability import KnownGoal
+from rosoclingo.loop.health import StoreSummary
 from rosoclingo.loop.inputs.inbox import Cancel, Item, arrival_of, item_of
 from rosoclingo.loop.journal import Fields as JournalFields
 from rosoclingo.loop.journal import NumberedRecord, StatusSet
@@ -167,15 +168,15 @@ class Store:
         """Why nothing can be written any more; None if it can."""
         return self._database.failure
 
-    @property
-    def committed(self) -> Optional[float]:
-        """When it was written last, in seconds of the monotonic clock; None if it was not."""
-        return self._database.committed
+    def summary(self, *, is_unsure: bool) -> StoreSummary:
+        """Returns a summary of the file for diagnostics.
 
-    @property
-    def size(self) -> Optional[int]:
-        """The bytes of the file and of its log; None if that is unknown."""
-        return self._database.size
+        Args:
+            is_unsure: Whether it is still unconfirmed that the run in it goes on.
+        """
+        database, failure = self._database, self.failure
+        text = "" if failure is None else str(failure)
+        return StoreSummary(self.path, database.size, database.committed, text, is_unsure)
 
     # What was stored.
 
