@@ -183,17 +183,8 @@ class Waiting:
             self.mail.wait(LOOK_SECONDS)
         raise ShutdownError(Reason.SHUTDOWN)
 
-    def begin_planning(self) -> None:
-        """Starts the clock of planning, unless it runs; planning may last for many searches."""
-        if self.monitor.planning_since is None:
-            self.monitor.planning_since = time.monotonic()
-
     def tell_progress(self, horizon: int) -> None:
         """Tells the goals how far the planner is, once they have waited for a while."""
         begin = self.monitor.planning_since
         if begin is not None and time.monotonic() - begin > _SILENT_SECONDS:
             self.goals.tell(f"planning, horizon {horizon}")
-
-    def end_planning(self) -> None:
-        """Stops the clock of planning, as there is a plan."""
-        self.monitor.planning_since = None
