@@ -242,7 +242,9 @@ class State(Progress):
 
     def poll(self) -> None:
         """Makes a summary of the state if somebody wants one; called when inputs are taken."""
-        self.monitor.poll(self.summarize)
+        if self.monitor.is_wanted:
+            self.monitor.is_wanted = False
+            self.monitor.summary = self.summarize()
 
     def summarize(self) -> LoopSummary:
         """Returns what other threads may know of the state."""

@@ -255,11 +255,11 @@ class Outbox(Environment):
 
     def send_again(self) -> None:
         """Publishes again the actions that may not have been published (at least once)."""
-        publish = self._environment.publish
+        publish, unsent = self._environment.publish, self._store.unsent
         self._let_out(
-            [HeldEffect("publication", partial(publish, *out)) for out in self._store.unsent]
+            [HeldEffect("publication", partial(publish, *out)) for out in unsent.values()]
         )
-        self._store.note_all_sent()
+        self._store.note_sent(list(unsent))
 
 
 def _is_recall(record: Record) -> bool:

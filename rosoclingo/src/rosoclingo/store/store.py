@@ -235,11 +235,11 @@ class Store:
             ]
 
     @property
-    def unsent(self) -> List[Tuple[str, str]]:
-        """Actuators and actions that may not have been published."""
+    def unsent(self) -> Dict[str, Tuple[str, str]]:
+        """Actuators and actions that may not have been published, by their keys, in order."""
         with self._understood():
-            pairs = map(json.loads, self._database.read(_OUT).values())
-            return [(_text(actuator), _text(action)) for actuator, action in pairs]
+            pairs = ((key, json.loads(out)) for key, out in self._database.read(_OUT).items())
+            return {key: (_text(actuator), _text(action)) for key, (actuator, action) in pairs}
 
     @property
     def records(self) -> List[NumberedRecord]:
@@ -333,11 +333,6 @@ class Store:
         with self._database.transaction(durable=False) as rows:
             for key in keys:
                 rows.delete(_OUT, key)
-
-    def note_all_sent(self) -> None:
-        """Marks all of :attr:`unsent` as published."""
-        with self._database.transaction(durable=False) as rows:
-            rows.clear(_OUT)
 
     def _put(self, rows: Rows, goal: KnownGoal) -> None:
         self._goals[goal.id] = goal
