@@ -2,7 +2,7 @@
 
 >>> from tempfile import TemporaryDirectory
 >>> with TemporaryDirectory() as folder:
-...     with Database(Path(folder) / "a.store") as database:
+...     with contextlib.closing(Database(Path(folder) / "a.store")) as database:
 ...         with database.transaction() as rows:
 ...             rows.put("goal", "g1", "visit(3)")
 ...         database.read("goal")
@@ -99,12 +99,6 @@ class Database:
         except BaseException:
             self._leave()
             raise
-
-    def __enter__(self) -> Database:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Closes the file; may be called twice."""
