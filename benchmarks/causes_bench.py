@@ -19,7 +19,7 @@ from typing import Callable, Dict, List, Sequence
 from harness import Report, RosSystem, Row, Samples, measure, milliseconds
 from rosclingo.ros.client import Client
 from rosclingo.wire.commands import Command, GetPrograms, Part, Programs, Reply, Restart
-from rosoclingo.loop.planner.demand import Demand
+from rosoclingo.loop.planner.demand import Demand, step_parts
 
 MAILBOT = Path(__file__).resolve().parents[1] / "rosoclingo_aspprograms" / "mailbot"
 OFFICE = str(MAILBOT / "instances" / "graph_wg.lp")
@@ -67,7 +67,7 @@ def explain(run: Run, steps: Sequence[Sequence[str]]) -> float:
     run([demand.ground([Part("base")])])
     for step, atoms in enumerate([[], *steps]):
         demand.tell([atom.replace("T)", f"{step})") for atom in atoms])
-        commands = [demand.ground_step(step), *demand.take_pending(), *demand.prepare(step)]
+        commands = [demand.ground(step_parts(step)), *demand.take_pending(), *demand.prepare(step)]
         taken, reply = milliseconds(lambda commands=commands: run(commands))  # type: ignore[misc]
         assert reply.failure is None, reply.failure
     return taken

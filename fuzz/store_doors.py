@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 import struct
@@ -190,7 +191,7 @@ class RowDoor(FolderDoor):
         for old in self.folder.iterdir():
             old.unlink()
         file = self.folder / "a.store"
-        with Database(file) as database, database.transaction() as changed:
+        with contextlib.closing(Database(file)) as database, database.transaction() as changed:
             for part, key, value in texts:
                 changed.put(part, key, value)
         _read(file)

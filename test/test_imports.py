@@ -24,7 +24,7 @@ FLOORS = {
         "ros",
     ],
     "rosoclingo": [
-        "errors", "launched", "downward", "seed",
+        "errors", "launched", "seed",
         "loop.words", "loop.quality", "loop.journal", "loop.values", "loop.planner", "loop.inputs",
         "loop.mode", "loop.execution", "loop",
         "drawing", "commands", "single", "store",

@@ -121,7 +121,7 @@ class ROSCommands:
         state, number = self.state, _step(step)
         passed = state.move_to(number)
         executions = state.executions
-        unknown = [a for a in state.plan.actions(number) if not executions.is_published(a)]
+        unknown = [a for a in state.plan.actions(number) if a not in executions.published]
         new, repeated = publishing.split(state, unknown)
         # The robot first: what the planner is told now, it needs only for its next search.
         publishing.publish(state, new)

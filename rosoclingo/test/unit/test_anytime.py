@@ -175,7 +175,7 @@ def test_who_does_not_answer_is_seen_in_the_search() -> None:
         run.clock += 100.0
 
     run = called(wait)
-    run.loop.state.watchdog._action_timeout = 50.0
+    run.loop.state.watchdog.action_timeout = 50.0
     assert run.run() is None
     assert any("~action_timeout" in text for text in run.warnings)
 

@@ -20,7 +20,7 @@ from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.story import RunStory
 from rosoclingo.desk.system import System
-from rosoclingo.loop.believing import BeliefKeeper, BeliefsState
+from rosoclingo.loop.believing import BeliefKeeper
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
 from rosoclingo.loop.journal import BeliefsChanged
 from rosoclingo.loop.values.atoms import Plan
@@ -110,7 +110,7 @@ def test_since_when() -> None:
     assert keeper.steps == {FAILED: -2, AGAIN: 0}
     assert take("belief(1,2,blocked)", AGAIN, step=1)
     assert (keeper.since, keeper.steps) == ({"blocked": 15.0}, {AGAIN: 0})
-    assert decode(BeliefsState, encode(keeper)) == BeliefsState(
+    assert decode(BeliefKeeper, encode(keeper)) == BeliefKeeper(
         ("belief(1,2,blocked)", AGAIN), keeper.since, keeper.steps, True
     )
     assert take(step=2)
@@ -166,7 +166,7 @@ def test_an_encoding_that_looks_for_no_causes_has_none(square: str) -> None:
     assert run.run() is None
     assert ("robot", "go(d)") in run.published
     assert (run.shown, changes(run.journal)) == ([], [])
-    assert encode(run.loop.state.beliefs) == encode(BeliefsState())
+    assert encode(run.loop.state.beliefs) == encode(BeliefKeeper())
 
 
 @pytest.mark.costly

@@ -440,7 +440,7 @@ def test_a_solver_that_ends_before_it_has_said_what_it_is(folder: Path) -> None:
 
     with closing(Store(file)) as store:
         life = Life(waiting, store, runs.make(store))
-        life.stored._started_with = started_with
+        life.stored.started_with = started_with
         waiting.turn(life)
         with pytest.raises(StoreError, match="did not say") as error:
             life.live()

@@ -15,7 +15,7 @@ from rosclingo.wire.commands import Result, Truth
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ControllerError, ShutdownError
 from rosoclingo.loop.beginning import reset
-from rosoclingo.loop.journal import MessageArrived
+from rosoclingo.loop.journal import CommandDone, Event, MessageArrived
 
 Make = Callable[..., System]
 LINE = str(PACKAGE / "example/line.lp")
@@ -169,11 +169,11 @@ def test_named_steps(system: Make, tmp_path: Path) -> None:
     made = system(script(tmp_path, *commands))
     goal = made.goal("visit(3)")
     made.loop.prepare()
-    notes: List[str] = []
-    made.loop.state.note_command = lambda command, _: notes.append(command)  # type: ignore[method-assign]
+    events: List[Event] = []
+    made.world.note = lambda record: events.append(record.event)  # type: ignore[method-assign]
     for _ in commands:
         made.loop.step()
-    assert notes == [
+    assert [event.command for event in events if isinstance(event, CommandDone)] == [
         "initialize", "assign_messages(0)", "query(0)", "plan(1)", "plan(2)", "commit_actions(0)",
         "commit_actions(1)", "status_update(1)", "forget(1)", "solve", "status_update(0)",
     ]  # fmt: skip

@@ -264,13 +264,13 @@ def test_details_that_are_too_long() -> None:
 def test_the_mark_is_a_row_of_the_database(tmp_path: Path) -> None:
     """So SQLite finds the file as it should be, and no copy of the mark is in the log."""
     file = tmp_path / "a.store"
-    with Database(file) as database:
+    with contextlib.closing(Database(file)) as database:
         for _ in range(3):
             with database.transaction() as rows:
                 rows.put("part", "key", "value")
             with database.transaction(durable=False) as rows:
                 rows.put("part", "key", "other")
         store = database._id
-    with Database(file) as database:
+    with contextlib.closing(Database(file)) as database:
         (blob,) = database._connection.execute("SELECT bytes FROM mark").fetchone()
     assert decode(blob) == HighWaterMark(store, 5)

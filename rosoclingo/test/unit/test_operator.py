@@ -284,7 +284,8 @@ def test_in_a_static_mode_nobody_is_asked() -> None:
      ("do(robot,*)", "go(1)", True), ("do(robot(2),*)", "go(1)", False), ("go", "go(1)", False)],
 )  # fmt: skip
 def test_patterns(pattern: str, action: str, is_one: bool) -> None:
-    assert Interlock((pattern,)).needs_approval("robot", action) == is_one
+    reason = Interlock((pattern,)).reason("robot", action)
+    assert reason is (HoldReason.APPROVAL if is_one else None)
 
 
 @pytest.mark.parametrize("pattern", ["deliver(1,", "2)", "", " "])

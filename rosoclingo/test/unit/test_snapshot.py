@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict, List, Optional, Tuple
 import pytest
 from conftest import PACKAGE
 from draws import draws
+from resuming import resume, snapshot_of
 
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Part, Result
@@ -75,11 +76,11 @@ class Run(System):
 
     def _restore(self) -> None:
         """Goes on with a new loop."""
-        saved = self.loop.snapshot()
+        saved = snapshot_of(self.loop)
         self.loop = self._make(self, self)
-        for identifier, goal in self.loop.restore(saved, self.clients.__getitem__).items():
+        for identifier, goal in resume(self.loop, saved, self.clients.__getitem__).items():
             self.clients[identifier].goal = goal
-        assert without_times(self.loop.snapshot()) == without_times(saved)
+        assert without_times(snapshot_of(self.loop)) == without_times(saved)
         self.snapshots += 1
 
     # What the loop calls.

@@ -96,7 +96,7 @@ def change(value: Outer, chance: Random) -> None:
 def test_what_has_changed_is_written(seed: int, tmp_path: Path) -> None:
     """A store has a snapshot with the order of its dictionaries, whatever has changed."""
     chance, value, fields = Random(seed), Outer(), ChangedRows(Outer)
-    with Database(tmp_path / "a.store") as database:
+    with contextlib.closing(Database(tmp_path / "a.store")) as database:
         for _ in range(100):
             change(value, chance)
             with database.transaction(durable=False) as rows:
@@ -187,7 +187,7 @@ def test_rows_that_this_version_does_not_write(
     tmp_path: Path, part: str, key: str, value: str
 ) -> None:
     file = tmp_path / "a.store"
-    with Database(file) as database, database.transaction() as rows:
+    with contextlib.closing(Database(file)) as database, database.transaction() as rows:
         rows.put(part, key, value)
 
     def use() -> None:
@@ -583,7 +583,7 @@ def test_writes_and_size(tmp_path: Path) -> None:
         world = World(["visit(4)", "visit(1)"] * trips)
         points = runs.run(world, file=file)
         assert all(client.end() == ["succeeded"] for client in world.clients.values())
-        with Database(file) as database:
+        with contextlib.closing(Database(file)) as database:
             rows.append([len(database.read(part)) for part in ("state", "command", "input", "out")])
             assert len(database.read("journal")) <= 2000
         writes.append(points.count("before write"))

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Callable, List, Sequence, Tuple
 
 import pytest
+from resuming import resume, snapshot_of
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
@@ -74,7 +75,7 @@ def test_a_run_shows_itself_before_it_has_an_action() -> None:
     one.run()
     assert one.shown == [(one.loop.state.executions.run, [])]
     two = robot(lambda _: None)
-    two.loop.restore(one.loop.snapshot(), lambda _: one.new_goal("none", (), "none"))
+    resume(two.loop, snapshot_of(one.loop), lambda _: one.new_goal("none", (), "none"))
     assert two.shown == one.shown
 
 
@@ -284,9 +285,9 @@ def test_a_token_stays_the_same() -> None:
     made = Robot(make, lambda robot: None)
     goal: Any = made.request("visit(3)")
     assert made.run() is None
-    saved, before = made.loop.snapshot(), made.shown[-1]
+    saved, before = snapshot_of(made.loop), made.shown[-1]
     made.loop = make(made, made)
-    made.loop.restore(saved, lambda identifier: goal)
+    resume(made.loop, saved, lambda identifier: goal)
     assert made.shown[-1] == before
     made._play = lambda robot: robot.reply("success")
     made.reply("success")

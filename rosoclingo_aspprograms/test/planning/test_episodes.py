@@ -64,7 +64,7 @@ class RandomEpisode(Episode):
     def found_plan(self) -> None:
         """Compares the length of the plan that was just found with that of the shortest."""
         state = self.loop.state
-        actions = [a for a in state.plan.actions_from(0) if not state.executions.is_published(a)]
+        actions = [a for a in state.plan.actions_from(0) if a not in state.executions.published]
         here = self.validator.positions["mailbot"]
         load = self.validator.loads.get("mailbot")
         picked, dropped = self._expected()

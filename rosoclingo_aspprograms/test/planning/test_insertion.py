@@ -21,7 +21,7 @@ from rosoclingo.loop import improving
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE
 from rosoclingo.loop.values.atoms import Plan
-from rosoclingo.loop.values.recorded import RecordedOutcomes
+from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo_aspprograms.validator import Edge, Map
 
 CONSTRUCTED = "constructed"
@@ -351,7 +351,7 @@ def test_a_search_that_is_relaxed_is_in_a_replay(tmp_path: Path) -> None:
         folder = tmp_path / name
         folder.mkdir()
         office = Office(24, 1, folder, DEFAULT_PATIENCE)
-        recorded = RecordedOutcomes(noted, {}, knows_searches=True)
+        recorded = Recorded(noted, {}, knows_searches=True)
         if name == "replayed":
             office.planner.recorded = recorded
         else:

@@ -49,9 +49,9 @@ def taken(monkeypatch: pytest.MonkeyPatch) -> List[int]:
     """Has clingo wait for what the other planner finds; then these are the layers to be tried."""
     tried: List[int] = []
     is_taken = False
-    take, turn = seeding.ProcessSeed.take, layers._Way.turn
+    take, turn = seeding.Seed.take, layers._Way.turn
 
-    def note(seed: seeding.ProcessSeed) -> Iterator[Tuple[int, List[wire.Assumption]]]:
+    def note(seed: seeding.Seed) -> Iterator[Tuple[int, List[wire.Assumption]]]:
         nonlocal is_taken
         is_taken = True
         for one in take(seed):
@@ -64,7 +64,7 @@ def taken(monkeypatch: pytest.MonkeyPatch) -> List[int]:
         time.sleep(0.01)
         return None
 
-    monkeypatch.setattr(seeding.ProcessSeed, "take", note)
+    monkeypatch.setattr(seeding.Seed, "take", note)
     monkeypatch.setattr(layers._Way, "turn", wait)
     return tried
 
@@ -270,11 +270,8 @@ class Noted(Recorded):
     """Knows what another planner has noted."""
 
     def __init__(self, noted: List[SearchEnded]) -> None:
+        super().__init__(knows_searches=True)
         self._noted = noted
-
-    @property
-    def knows_searches(self) -> bool:
-        return True
 
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
         is_due = self._noted and self._noted[0].how in ways and self._noted[0].round == number

@@ -13,6 +13,7 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 import pytest
 from draws import draws
 from episode import FIXED, INCREMENTAL, PACKAGE, SINGLE
+from resuming import resume, snapshot_of
 
 from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
@@ -239,10 +240,10 @@ class Workshop(DeskSimulation):
         if (
             self.restores and self.chance.random() < 0.1
         ):  # goes on in another loop, with the same planner
-            saved = self.loop.snapshot()
+            saved = snapshot_of(self.loop)
             self.loop = self.parts.loop(self, self)
             goals = {goal.id: goal for goal in self.goals}
-            self.current.update(self.loop.restore(saved, goals.__getitem__))
+            self.current.update(resume(self.loop, saved, goals.__getitem__))
         super().step()
 
     def turn(self) -> bool:

@@ -212,7 +212,9 @@ class Watched(DeskSimulation):
                 elapsed=self.elapsed,
                 step=step,
                 actions=actions,
-                published=frozenset([*self._done, *filter(state.executions.is_published, actions)]),
+                published=frozenset(
+                    [*self._done, *state.executions.published.intersection(actions)]
+                ),
                 has_barrier=not any(state.externals.declares(a.actuator, BUSY) for a in actions),
                 is_layered=state.planner.demand.has_layers,
                 statuses=tuple(statuses),

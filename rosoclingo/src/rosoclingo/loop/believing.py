@@ -19,8 +19,8 @@ _OBSERVES = "observes("
 
 
 @dataclass
-class BeliefsState:
-    """Saved state of a :class:`BeliefKeeper`.
+class BeliefKeeper:
+    """Remembers beliefs; all of it is saved. Used by the loop's thread.
 
     Attributes:
         terms: The terms by which the last plan's encoding shows beliefs, in order; none for none.
@@ -35,10 +35,6 @@ class BeliefsState:
     since: Dict[str, float] = field(default_factory=dict)
     steps: Dict[str, int] = field(default_factory=dict)
     is_shown: bool = False
-
-
-class BeliefKeeper(BeliefsState):
-    """Remembers beliefs. Used by the loop's thread."""
 
     def take(self, terms: Tuple[str, ...], step: int, now: Callable[[], float]) -> bool:
         """Takes the beliefs of a plan, and returns whether they are others than before.

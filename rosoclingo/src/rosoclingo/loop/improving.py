@@ -30,9 +30,7 @@ def improve(state: State) -> bool:
     outcome = state.planner.improve(state.step, lambda: is_called(state), horizon=state.horizon)
     if outcome is not None:
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
-        if any(
-            not state.executions.is_published(action) for action in state.plan.actions(state.step)
-        ):
+        if not state.executions.published.issuperset(state.plan.actions(state.step)):
             state.waiting.stop()  # they begin at once
     state.show_plan()
     return True

@@ -17,7 +17,7 @@ from rosoclingo.errors import ControllerError, OutsideError, PlannerError, Shutd
 from rosoclingo.loop import diagnosis, publishing, statuses
 from rosoclingo.loop.durability import Durability
 from rosoclingo.loop.inputs.inbox import Inbox
-from rosoclingo.loop.journal import LoopEnded, Reason
+from rosoclingo.loop.journal import CommandDone, LoopEnded, Reason
 from rosoclingo.loop.mode.controller import Decider, Info
 from rosoclingo.loop.mode.dispatch import DispatchError, bind
 from rosoclingo.loop.mode.named_steps import STEP_COMMANDS
@@ -25,8 +25,6 @@ from rosoclingo.loop.monitor import Doing
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.state import State, StateSnapshot
 from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.goals import Goal, GoalClient
-from rosoclingo.loop.values.snapshot import decode, encode
 from rosoclingo.loop.values.solver import Solver
 from rosoclingo.seed.downward import NONE
 
@@ -39,7 +37,7 @@ _OF_PLANNER |= {"assign_external", "assign_externals"}
 
 @dataclass(frozen=True)
 class LoopSnapshot:
-    """Saved state of a :class:`Loop`.
+    """Saved state of a :class:`Loop` between two steps, from which another loop can go on.
 
     Attributes:
         controller: What the controller keeps, as it says it.
@@ -144,30 +142,6 @@ class Loop:
             self.end(f"internal error: {err!r}")
             raise
 
-    def snapshot(self) -> str:
-        """Returns all that the loop knows, as JSON; called by its thread between two steps."""
-        return encode(LoopSnapshot(self._controller.snapshot(), self.state.snapshot()))
-
-    def restore(self, saved: str, client: Callable[[str], GoalClient]) -> Dict[str, Goal]:
-        """Goes on where another loop was, in the place of :meth:`prepare`.
-
-        The planner has to be as it was for that one; the inbox has what came since then.
-
-        Args:
-            saved: The snapshot.
-            client: Returns who has sent a goal, by its id.
-
-        Returns:
-            All goals, by their ids.
-
-        Raises:
-            ValueError: The text is no snapshot.
-            ControllerError: The controller cannot be prepared.
-        """
-        snapshot = decode(LoopSnapshot, saved)
-        self._controller.restore(snapshot.controller)
-        return self.state.restore(snapshot.state, client)
-
     @property
     def dynamic(self) -> bool:
         """Whether the mode takes messages and goals; known once it is prepared."""
@@ -239,7 +213,7 @@ class Loop:
         self._durability.begin_command(command)
         begin = time.perf_counter()
         self._call(command, info)
-        state.note_command(text, time.perf_counter() - begin)
+        state.note(CommandDone(text, state.result, time.perf_counter() - begin))
         state.show_plan()
         self._durability.end_command()
         if begins:

@@ -241,7 +241,7 @@ class Mail(MailState):
 
     def explain(self, slot: str, request: str, step: int) -> str:
         """Returns the reason why a goal is rejected that the planner declares no external for."""
-        why = self._externals.explain(slot, request)
+        why = self._externals.vocabulary.explain(slot, request)
         atom = shorten(event(slot, request, step))
         return f"the planner does not know it: {why} (there is no external {atom})"
 
@@ -514,7 +514,7 @@ class Mail(MailState):
 
     def _suggest(self, source: str, value: str) -> str:
         others = [*(word for word in RESERVED if word != INFO), *self._goals.slots]
-        return self._externals.suggest(source, value, others)
+        return self._externals.vocabulary.suggest(source, value, others)
 
     def _warn_of_undeclared_answer(self, source: str, value: str) -> None:
         """Says that an answer ends its action, but that the planner cannot be told of it."""
@@ -551,10 +551,6 @@ class Mail(MailState):
         return True
 
     # What the commands do.
-
-    def note_goals(self) -> None:
-        """Notes that a waiting goal can get a slot."""
-        self.new_goals = True
 
     def take_cancels(self) -> List[Goal]:
         """Removes the cancel requests and returns their goals; all goals are placed next."""

@@ -19,7 +19,7 @@ import contextlib
 import enum
 import time
 from dataclasses import dataclass
-from typing import Callable, FrozenSet, Iterator, NamedTuple, Optional, Tuple
+from typing import FrozenSet, Iterator, NamedTuple, Optional, Tuple
 
 from rosoclingo.loop.values.execution import Execution, HeldAction
 
@@ -149,9 +149,3 @@ class LoopMonitor:
         self.begin(doing, what)
         yield
         self.activity = before
-
-    def poll(self, summarize: Callable[[], LoopSummary]) -> None:
-        """Makes a summary if one is wanted; called by the thread when it polls the inbox."""
-        if self.is_wanted:
-            self.is_wanted = False
-            self.summary = summarize()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from typing import ContextManager
 
 from rosclingo.errors import shorten
@@ -26,7 +27,8 @@ def search(state: State) -> None:
         LoopError: The program has no answer set, whatever is asked for.
     """
     state.externals.release_now()
-    state.waiting.begin_planning()
+    if state.monitor.planning_since is None:  # planning may last for many searches
+        state.monitor.planning_since = time.monotonic()
     is_known = state.planner.knows(state.horizon)
     with contextlib.nullcontext() if is_known else _marked(state):
         outcome = state.planner.search(state.step, state.horizon, state.interrupted)
@@ -103,7 +105,7 @@ def take_plan(state: State, plan: Plan, is_best: bool = True) -> None:
     state.externals.told.clear()
     state.planned, state.tries, state.after_message = state.horizon, 0, False
     state.failures = 0
-    state.waiting.end_planning()
+    state.monitor.planning_since = None
     state.note(PlanFound(tuple(map(str, state.ahead())), is_best, quality))
     state.take_beliefs(plan.beliefs)
     state.goals.tell(f"plan {state.horizon} step{'' if state.horizon == 1 else 's'}")

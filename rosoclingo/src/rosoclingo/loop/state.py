@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosoclingo.loop import journal
-from rosoclingo.loop.believing import BeliefKeeper, BeliefsState
-from rosoclingo.loop.execution.durations import Durations, DurationsState
+from rosoclingo.loop.believing import BeliefKeeper
+from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.execution.executions import Executions, ExecutionsState
 from rosoclingo.loop.execution.heartbeats import Heartbeats
 from rosoclingo.loop.execution.interlock import Interlock, InterlockState
@@ -46,8 +46,8 @@ class StateSnapshot:
     executions: ExecutionsState
     interlock: InterlockState
     mail: MailSnapshot
-    durations: DurationsState
-    beliefs: BeliefsState
+    durations: Durations
+    beliefs: BeliefKeeper
     reminded: bool
 
 
@@ -224,7 +224,7 @@ class State(Progress):
     def warn_once(self, kind: str, text: str) -> None:
         """Logs a warning, but only the first of its kind."""
         if not self.has_warned(kind):
-            self.note_warned(kind)
+            self._warned.add(kind)
             self.environment.warn(text)
 
     def _warn_of_missing(self, external: str) -> None:
@@ -238,15 +238,13 @@ class State(Progress):
         """Adds an event to the journal. Thread-safe."""
         self.environment.note(journal.Record(event, self.step, self.horizon))
 
-    def note_command(self, command: str, seconds: float) -> None:
-        """Adds a command that was carried out to the journal, with the result of a search."""
-        self.note(journal.CommandDone(command, self.result, seconds))
-
     # What comes from outside.
 
     def poll(self) -> None:
         """Makes a summary of the state if somebody wants one; called when inputs are taken."""
-        self.monitor.poll(self.summarize)
+        if self.monitor.is_wanted:
+            self.monitor.is_wanted = False
+            self.monitor.summary = self.summarize()
 
     def summarize(self) -> LoopSummary:
         """Returns what other threads may know of the state."""
@@ -369,7 +367,7 @@ class State(Progress):
         self.waiting.reminded = False
         self.goals.free_slots()
         if self.goals.waiting and self.goals.has_free_slot():
-            self.mail.note_goals()
+            self.mail.new_goals = True
 
     def show_executions(self, *, again: bool = False) -> None:
         """Publishes the last action of each actuator, if it or its answer is new, or again.

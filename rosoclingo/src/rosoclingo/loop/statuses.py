@@ -46,7 +46,7 @@ def is_unsettled(state: State) -> bool:
     """
     if state.executions.is_awaited:
         return True
-    if not all(map(state.executions.is_published, state.plan.actions(state.step))):
+    if not state.executions.published.issuperset(state.plan.actions(state.step)):
         return True
     if any(state.executions.acting(source) for source, _ in state.mail.messages):
         return True
@@ -62,7 +62,7 @@ def _is_left_open(state: State, step: int) -> bool:
         one.is_open
         and not one.acts
         and one.step <= step
-        and state.executions.is_published(one.published)
+        and one.published in state.executions.published
         for one in state.executions.ordered
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from typing import Callable
 
 from rosoclingo.errors import ShutdownError
@@ -20,54 +21,37 @@ LOOK_SECONDS = 1.0
 _SILENT_SECONDS = 1.0  # how long the goals hear nothing while a plan is searched for
 
 
+@dataclass(eq=False)
 class Waiting:
     """Waits for inputs. The loop's thread uses it.
 
     Attributes:
+        mail: What has come.
+        executions: Who acts in the step.
+        goals: The goals.
+        environment: Where warnings go.
+        note: Adds an event to the journal.
+        monitor: Where it is marked that the loop waits.
+        polled: Called each time when inputs are taken.
+        correct: Called now and then; tells clients what takes longer than they were told.
+        check: Called now and then; raises an error if a solver went away.
+        watchdog: Looks after the actuators.
         reminded: Whether the controller has been told that goals wait for the next step.
     """
 
-    def __init__(
-        self,
-        mail: Mail,
-        executions: Executions,
-        goals: Goals,
-        environment: Environment,
-        note: Callable[[Event], None],
-        *,
-        monitor: LoopMonitor,
-        polled: Callable[[], None],
-        correct: Callable[[], None],
-        check: Callable[[], None],
-        watchdog: ExecutionWatchdog,
-    ) -> None:
-        """Connects waiting with the run.
-
-        Args:
-            mail: What has come.
-            executions: Who acts in the step.
-            goals: The goals.
-            environment: Where warnings go.
-            note: Adds an event to the journal.
-            monitor: Where it is marked that the loop waits.
-            polled: Called each time when inputs are taken.
-            correct: Called now and then; tells clients what takes longer than they were told.
-            check: Called now and then; raises an error if a solver went away.
-            watchdog: Looks after the actuators.
-        """
-        self.reminded = False
-        self._mail = mail
-        self._executions = executions
-        self._goals = goals
-        self._environment = environment
-        self._note = note
-        self._monitor = monitor
-        self._polled = polled
-        self._correct = correct
-        self._check = check
-        self._watchdog = watchdog
-        self._stops = False
-        self._look_at = 0.0  # when it is time to look again
+    mail: Mail
+    executions: Executions
+    goals: Goals
+    environment: Environment
+    note: Callable[[Event], None]
+    monitor: LoopMonitor
+    polled: Callable[[], None]
+    correct: Callable[[], None]
+    check: Callable[[], None]
+    watchdog: ExecutionWatchdog
+    reminded: bool = False
+    _stops: bool = False
+    _look_at: float = 0.0  # when it is time to look again
 
     def wait(self, step: int, improve: Callable[[], bool]) -> None:
         """Waits for an input that the controller does not know of.
@@ -81,26 +65,26 @@ class Waiting:
             ShutdownError: The node is shutting down.
             RosclingoError: A solver went away.
         """
-        mail = self._mail
+        mail = self.mail
         mail.end_attempt()
-        mail.between_steps = not self._executions.pending_actions
+        mail.between_steps = not self.executions.pending_actions
         while mail.inbox.recorded.is_search_due(improves=True) and improve():
             pass  # a replay has what came then already
         mail.take(may_ask=True)
         if self._is_told_to_stop():
             return
-        if not (self._executions.pending_actions or mail.has_news):
+        if not (self.executions.pending_actions or mail.has_news):
             line = f"waiting in step {step}: the plan has no action for now"
-            told = self._goals.tell(line)
+            told = self.goals.tell(line)
             if told:
-                self._environment.begin_to_wait(told)
+                self.environment.begin_to_wait(told)
         noted = False
         while not (mail.has_news or self._step_is_awaited(step)):
             if mail.inbox.closed:
                 raise ShutdownError(Reason.SHUTDOWN)
             if not noted:
                 noted = True
-                self._note(LoopWaits())
+                self.note(LoopWaits())
             if improve():
                 if self._is_told_to_stop():
                     return
@@ -114,12 +98,12 @@ class Waiting:
             ShutdownError: The node is shutting down.
             RosclingoError: A solver went away.
         """
-        mail = self._mail
+        mail = self.mail
         mail.end_attempt()
-        if self._executions.pending_actions:
-            self._note(LoopWaits())  # before an answer to what the command itself has published
+        if self.executions.pending_actions:
+            self.note(LoopWaits())  # before an answer to what the command itself has published
         mail.take(may_ask=True)
-        while self._executions.pending_actions:
+        while self.executions.pending_actions:
             if mail.inbox.closed:
                 raise ShutdownError(Reason.SHUTDOWN)
             self._wait()
@@ -127,11 +111,11 @@ class Waiting:
     def _wait(self) -> None:
         """Waits until something comes, or it is time to look at something, and takes inputs."""
         self._look()
-        self._monitor.begin(Doing.WAITS)
-        if self._mail.wait(self._seconds):
-            self._monitor.go_on()  # to take it may last, if the planner is asked
-        self._mail.take(may_ask=True)
-        self._polled()
+        self.monitor.begin(Doing.WAITS)
+        if self.mail.wait(self._seconds):
+            self.monitor.go_on()  # to take it may last, if the planner is asked
+        self.mail.take(may_ask=True)
+        self.polled()
 
     def stop(self) -> None:
         """Ends the wait, since the step has new actions: the mode hears of news."""
@@ -140,27 +124,27 @@ class Waiting:
     def _is_told_to_stop(self) -> bool:
         stops, self._stops = self._stops, False
         if stops:
-            self._mail.note_goals()
+            self.mail.new_goals = True
         return stops
 
     def _look(self) -> None:
         """Looks now and then, whatever comes, whether the solvers and the actuators are there."""
-        is_due = self._environment.now() >= self._look_at
+        is_due = self.environment.now() >= self._look_at
         self.look_at_actuators()
         if is_due:
-            self._check()
+            self.check()
 
     def look_at_actuators(self) -> None:
         """Looks after the actuators, and corrects arrival times, now and then; asks no solver."""
-        self._watchdog.look()
-        if self._environment.now() >= self._look_at:
-            self._look_at = self._environment.now() + LOOK_SECONDS
-            self._correct()
+        self.watchdog.look()
+        if self.environment.now() >= self._look_at:
+            self._look_at = self.environment.now() + LOOK_SECONDS
+            self.correct()
 
     @property
     def _seconds(self) -> float:
         """How long nobody needs to look."""
-        return max(0.0, min(self._look_at - self._environment.now(), self._watchdog.seconds))
+        return max(0.0, min(self._look_at - self.environment.now(), self.watchdog.seconds))
 
     def _step_is_awaited(self, step: int) -> bool:
         """Whether the next step can begin: with a free slot for a goal, or an answer.
@@ -168,13 +152,13 @@ class Waiting:
         The mode is told once in each step, as of a goal that has just come. If it waits again
         nevertheless, nobody moves the step on, and goals without a slot end here.
         """
-        goals = self._goals
+        goals = self.goals
         has_slot = goals.waiting and goals.has_free_slot(next_step=True)
-        if self._executions.pending_actions or not (has_slot or self._executions.keeps_answers):
+        if self.executions.pending_actions or not (has_slot or self.executions.keeps_answers):
             return False
         if not self.reminded:
             self.reminded = True
-            self._mail.note_goals()
+            self.mail.new_goals = True
             return True
         if has_slot and goals.all_ended():
             goals.end_waiting(
@@ -190,26 +174,17 @@ class Waiting:
         Raises:
             ShutdownError: The node is shutting down.
         """
-        inbox = self._mail.inbox
-        self._mail.end_attempt()
-        self._monitor.begin(Doing.WAITS)
+        inbox = self.mail.inbox
+        self.mail.end_attempt()
+        self.monitor.begin(Doing.WAITS)
         while not inbox.closed:
-            self._mail.take()
-            self._polled()
-            self._mail.wait(LOOK_SECONDS)
+            self.mail.take()
+            self.polled()
+            self.mail.wait(LOOK_SECONDS)
         raise ShutdownError(Reason.SHUTDOWN)
-
-    def begin_planning(self) -> None:
-        """Starts the clock of planning, unless it runs; planning may last for many searches."""
-        if self._monitor.planning_since is None:
-            self._monitor.planning_since = time.monotonic()
 
     def tell_progress(self, horizon: int) -> None:
         """Tells the goals how far the planner is, once they have waited for a while."""
-        begin = self._monitor.planning_since
+        begin = self.monitor.planning_since
         if begin is not None and time.monotonic() - begin > _SILENT_SECONDS:
-            self._goals.tell(f"planning, horizon {horizon}")
-
-    def end_planning(self) -> None:
-        """Stops the clock of planning, as there is a plan."""
-        self._monitor.planning_since = None
+            self.goals.tell(f"planning, horizon {horizon}")

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Collection, Dict, List
 
 from rosclingo.errors import shorten
-from rosoclingo.downward import DOWNWARD_PACKAGE, find_fast_downward
 from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.expressions import ListForm, PddlError
 from rosoclingo.pddl.sas import TranslatedTask, parse_sas
+from rosoclingo.seed.downward import DOWNWARD_PACKAGE, find_fast_downward
 
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
 

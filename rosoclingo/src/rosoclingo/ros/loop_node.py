@@ -6,7 +6,7 @@ import contextlib
 import threading
 import time
 from functools import partial
-from typing import Any, Callable, Dict, List, Optional
+from typing import Any, Callable, Dict, Optional, TypeVar
 
 import actionlib
 import rospy
@@ -20,7 +20,7 @@ from rosclingo.solver.about import about
 from rosoclingo.errors import SeedPlannerError, ShutdownError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.durability import Durability, KnownGoal
-from rosoclingo.loop.execution.patterns import ActionPattern
+from rosoclingo.loop.execution.interlock import Interlock
 from rosoclingo.loop.execution.policies import ActionPolicies
 from rosoclingo.loop.execution.tokens import TOKENS_HEADER
 from rosoclingo.loop.inputs.inbox import Inbox, Item, arrival_of
@@ -55,6 +55,8 @@ _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
 _SECONDS_TO_SEND = 0.3  # how long the end and results have until rospy ends connections
 _WHY_SECONDS = 20.0  # how long an answer may take that is asked for by ~why
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
+
+_Value = TypeVar("_Value")
 
 
 class LoopNode:
@@ -107,9 +109,11 @@ class LoopNode:
             "one_by_one_seconds": parameters.number(
                 "one_by_one_seconds", ONE_BY_ONE_SECONDS, what="seconds"
             ),
-            "seed_planner": _seed_planner(),
-            "ask_before": _patterns(),
-            "policies": _policies(),
+            "seed_planner": _checked(
+                "seed_planner", parameters.text("seed_planner", NONE), find_seed_planner
+            ),
+            "ask_before": _checked("ask_before", parameters.words("ask_before"), Interlock),
+            "policies": _checked("policies", parameters.mapping("policies"), ActionPolicies),
         }
         if isinstance(inbox, ReplayInbox):
             # The journal says what was found ahead, and with which first plan.
@@ -290,44 +294,19 @@ class LoopNode:
         return [goal.information]
 
 
-def _patterns() -> List[str]:
-    """Returns the parameter ``~ask_before``.
+def _checked(name: str, value: _Value, check: Callable[[_Value], object]) -> _Value:
+    """Returns the value of a parameter.
+
+    Args:
+        name: The parameter's name.
+        value: Its value.
+        check: Raises an error if that is wrong, whose text says why.
 
     Raises:
         ParameterError: It is wrong.
     """
-    patterns = parameters.words("ask_before")
     try:
-        for one in patterns:
-            ActionPattern(one)
-    except ValueError as err:
-        raise parameters.wrong("ask_before", err) from err
-    return patterns
-
-
-def _policies() -> Dict[str, Any]:
-    """Returns the parameter ``~policies``.
-
-    Raises:
-        ParameterError: It is wrong.
-    """
-    policies = parameters.mapping("policies")
-    try:
-        ActionPolicies(policies)
-    except ValueError as err:
-        raise parameters.wrong("policies", err) from err
-    return policies
-
-
-def _seed_planner() -> str:
-    """Returns the parameter ``~seed_planner``.
-
-    Raises:
-        ParameterError: It is wrong, or that planner is not installed.
-    """
-    name = parameters.text("seed_planner", NONE)
-    try:
-        find_seed_planner(name)
-    except SeedPlannerError as err:
-        raise parameters.wrong("seed_planner", err) from err
-    return name
+        check(value)
+    except (ValueError, SeedPlannerError) as err:
+        raise parameters.wrong(name, err) from err
+    return value

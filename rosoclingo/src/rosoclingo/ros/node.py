@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, Callable, Dict, NoReturn
+from typing import Any, Callable, Dict, NoReturn, Optional
 
 import rospy
 
@@ -49,7 +49,7 @@ def _make(commands: Callable[..., Any]) -> LoopNode:
         nodes = encodings.launched()
         return {role: nodes[name] for role, name in solvers.items()}
 
-    def wait(seconds: float) -> None:
+    def wait(seconds: Optional[float] = None) -> None:
         for client in (controller, planner):
             client.wait(seconds)
 
@@ -58,10 +58,6 @@ def _make(commands: Callable[..., Any]) -> LoopNode:
     controller, planner = (
         Client(parameters.text(name, name), only_own_restarts=True) for name in _SOLVERS
     )
-
-    def ready() -> None:
-        controller.wait()
-        planner.wait()
 
     solvers = {"controller": controller.name, "planner": planner.name}
     describe = partial(about, LOOP_NODE, [], solvers=solvers)
@@ -76,7 +72,7 @@ def _make(commands: Callable[..., Any]) -> LoopNode:
         plans,
         commands,
         inbox,
-        ready=ready,
+        ready=wait,
         describe=describe,
         encodings=encodings,
         durability=durability,

@@ -1,4 +1,7 @@
-"""Fast Downward's search in a process of its own, with the first iteration of LAMA."""
+"""Fast Downward's search in a process of its own, with the first iteration of LAMA.
+
+It is an optional dependency, which the Python package up-fast-downward has.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +11,13 @@ import re
 import resource
 import subprocess
 import threading
+from importlib.util import find_spec
 from pathlib import Path
 from typing import List, Optional
 
-from rosoclingo.downward import DOWNWARD_PACKAGE, find_fast_downward
 from rosoclingo.errors import SeedPlannerError
+
+DOWNWARD_PACKAGE = "up-fast-downward"
 
 NONE = "none"
 """Stands for no seed planner."""
@@ -29,6 +34,14 @@ _SEARCH = (
 )
 _STEP = re.compile(rb"^\((\d+) ?\)$", re.MULTILINE)
 _FOUND = 0  # its exit status
+
+
+def find_fast_downward() -> Optional[Path]:
+    """Returns Fast Downward's folder, with its driver and its programs; None if there is none."""
+    spec = find_spec(
+        DOWNWARD_PACKAGE.replace("-", "_")
+    )  # an import would need unified-planning, too
+    return None if spec is None or spec.origin is None else Path(spec.origin).parent / "downward"
 
 
 def find_seed_planner(name: str) -> Optional[Path]:

@@ -12,6 +12,7 @@ Reply(answers=(), failure=None)
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from typing import Callable, Iterable, Iterator, List, Optional, Sequence, TypeVar
 
 from rosclingo.errors import ServiceError, SolverEndedError
@@ -35,26 +36,22 @@ _MOST_CHARACTERS = 2**20  # likewise; one command may have more
 _T = TypeVar("_T")
 
 
+@dataclass(eq=False)
 class SolverRetry:
     """Retries calls during which a solver was lost, as soon as it is replaced.
 
     If it is lost at each try, the call fails. A solver that was told to end does not count as lost
     by the call.
+
+    Attributes:
+        solver: Its role, for the journal.
+        wait: Returns as soon as it is replaced, or raises the error by which it was lost.
+        note: Adds to the journal that it was.
     """
 
-    def __init__(
-        self, solver: str, wait: Callable[[ServiceError], None], note: Callable[[Event], None]
-    ) -> None:
-        """Begins with a solver that is there.
-
-        Args:
-            solver: Its role, for the journal.
-            wait: Returns as soon as it is replaced, or raises the error by which it was lost.
-            note: Adds to the journal that it was.
-        """
-        self._solver = solver
-        self._wait = wait
-        self._note = note
+    solver: str
+    wait: Callable[[ServiceError], None]
+    note: Callable[[Event], None]
 
     def __call__(
         self, call: Callable[[], _T], restore: Callable[[], None], *, begins: bool = False
@@ -81,11 +78,11 @@ class SolverRetry:
                     raise
                 if not reason:
                     reason, since = str(err) or "no answer", time.monotonic()
-                self._wait(err)
+                self.wait(err)
                 until = time.monotonic()
                 continue
             if reason:
-                self._note(NodeResumed(self._solver, reason, until - since))
+                self.note(NodeResumed(self.solver, reason, until - since))
             return result
 
 

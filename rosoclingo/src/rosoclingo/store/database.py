@@ -2,7 +2,7 @@
 
 >>> from tempfile import TemporaryDirectory
 >>> with TemporaryDirectory() as folder:
-...     with Database(Path(folder) / "a.store") as database:
+...     with contextlib.closing(Database(Path(folder) / "a.store")) as database:
 ...         with database.transaction() as rows:
 ...             rows.put("goal", "g1", "visit(3)")
 ...         database.read("goal")
@@ -48,6 +48,7 @@ class Database:
     Attributes:
         loss: What is missing. As long as that is not accepted, nothing can be written, and
             :meth:`close` leaves file and log as they are.
+        failure: Why nothing can be written any more; None if it can.
         committed: When a transaction was written last, in seconds of the monotonic clock; None if
             none was.
     """
@@ -87,7 +88,7 @@ class Database:
         self.loss: Optional[Loss] = None
         self.committed: Optional[float] = None
         self._is_durable = True
-        self._failure: Optional[StoreError] = None
+        self.failure: Optional[StoreError] = None
         self._closed = False
         with _told(self.path, "cannot be opened"):
             _make(path)
@@ -98,12 +99,6 @@ class Database:
         except BaseException:
             self._leave()
             raise
-
-    def __enter__(self) -> Database:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Closes the file; may be called twice."""
@@ -181,7 +176,7 @@ class Database:
             if _number_without_log(self.path) > self._number:
                 raise _damaged(self.path, "its log is older than it")
             self.loss = Loss(self._number, mark.number, log, mark.details)
-            self._failure = StoreError(f"the store {self.path} has lost transactions; {_FRESH}")
+            self.failure = StoreError(f"the store {self.path} has lost transactions; {_FRESH}")
         (page,) = self._connection.execute(
             "SELECT rootpage FROM sqlite_master WHERE name = 'mark'"
         ).fetchone()
@@ -192,7 +187,7 @@ class Database:
         if self.loss is not None:
             # A mark of before may come back when power fails.
             self._number = self.loss.acknowledged
-            self.loss = self._failure = None
+            self.loss = self.failure = None
             with self.transaction():
                 pass
 
@@ -203,11 +198,6 @@ class Database:
                 "SELECT key, value FROM row WHERE part = ? ORDER BY id", (part,)
             )
             return {str(key): str(value) for key, value in rows}
-
-    @property
-    def failure(self) -> Optional[StoreError]:
-        """Why nothing can be written any more; None if it can."""
-        return self._failure
 
     @property
     def size(self) -> Optional[int]:
@@ -229,13 +219,13 @@ class Database:
             StoreError: It cannot be written, now or before.
         """
         with self._lock:
-            if self._failure is not None:
-                raise self._failure
+            if self.failure is not None:
+                raise self.failure
             rows = Rows(self)
             try:
                 yield rows
             except BaseException:
-                self._failure = StoreError(f"the store {self.path}: an error ended a transaction")
+                self.failure = StoreError(f"the store {self.path}: an error ended a transaction")
                 raise
             if not (rows.changes or durable):
                 return
@@ -243,7 +233,7 @@ class Database:
                 with _told(self.path, "cannot be written"):
                     self._commit(rows, durable)
             except StoreError as err:
-                self._failure = err
+                self.failure = err
                 raise
 
     def _commit(self, rows: Rows, durable: bool) -> None:

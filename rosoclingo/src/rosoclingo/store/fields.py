@@ -97,7 +97,7 @@ class ChangedRows:
                 value = _text(value)
             if leaf.grows and self._sources.get(leaf.name) is value and len(value) == len(old):
                 continue  # there may be a million
-            if _is_same(leaf, value, old):
+            if value == old and (leaf.kind != "dict" or list(value) == list(old)):
                 continue
             self._sources[leaf.name] = value
             found += _differences(leaf, value, old)
@@ -160,14 +160,6 @@ def _may_change(hint: Any) -> bool:
     if get_origin(hint) in (tuple, Union):
         return any(map(_may_change, get_args(hint)))
     return get_origin(hint) is not None
-
-
-def _is_same(leaf: _Leaf, value: Any, old: Any) -> bool:
-    if old is _NOTHING:
-        return False
-    if leaf.kind == "dict":
-        return bool(value == old) and list(value) == list(old)
-    return bool(value == old)
 
 
 def _differences(leaf: _Leaf, value: Any, old: Any) -> Iterator[RowChange]:

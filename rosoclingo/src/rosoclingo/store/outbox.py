@@ -6,7 +6,7 @@ import contextlib
 import threading
 import time
 from collections import deque
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Callable, Deque, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
@@ -255,44 +255,43 @@ class Outbox(Environment):
 
     def send_again(self) -> None:
         """Publishes again the actions that may not have been published (at least once)."""
-        publish = self._environment.publish
+        publish, unsent = self._environment.publish, self._store.unsent
         self._let_out(
-            [HeldEffect("publication", partial(publish, *out)) for out in self._store.unsent]
+            [HeldEffect("publication", partial(publish, *out)) for out in unsent.values()]
         )
-        self._store.note_all_sent()
+        self._store.note_sent(list(unsent))
 
 
 def _is_recall(record: Record) -> bool:
     return isinstance(record.event, StatusSet) and record.event.reason is Reason.RECALLED
 
 
+@dataclass(eq=False)
 class StoredClient(GoalClient):
-    """Calls a goal's client back only after the commit."""
+    """Calls a goal's client back only after the commit.
 
-    def __init__(self, client: GoalClient, outbox: Outbox) -> None:
-        """Wraps a client.
+    Attributes:
+        client: Who has sent the goal.
+        outbox: Where it is held.
+    """
 
-        Args:
-            client: Who has sent the goal.
-            outbox: Where it is held.
-        """
-        self._client = client
-        self._outbox = outbox
+    client: GoalClient
+    outbox: Outbox
 
     def noted(self, change: StatusSet) -> None:
         """Has the change noted, which the outbox holds by itself."""
-        self._client.noted(change)
+        self.client.noted(change)
 
     def changed(self, change: StatusSet) -> None:
         """Tells the client the change after its commit."""
         kind = "result" if change.status.is_terminal else "status"
-        self._outbox.add(HeldEffect(kind, partial(self._client.changed, change), change=change))
+        self.outbox.add(HeldEffect(kind, partial(self.client.changed, change), change=change))
 
     def feedback(self, line: str) -> None:
         """Tells the client a line after the commit of everything before it."""
-        self._outbox.add(HeldEffect("feedback", partial(self._client.feedback, line)))
+        self.outbox.add(HeldEffect("feedback", partial(self.client.feedback, line)))
 
     @property
     def address(self) -> str:
         """The address by which the client is found again."""
-        return self._client.address
+        return self.client.address

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from dataclasses import dataclass
 from typing import (
     Any,
     Callable,
@@ -52,6 +53,7 @@ _LATEST_SECONDS = 0.2  # so much work may be lost, besides the decision that is 
 _T = TypeVar("_T")
 
 
+@dataclass(eq=False)
 class SqliteStore(Durability):
     """Commits before an action, a status or a result leaves, and before the loop waits.
 
@@ -60,28 +62,21 @@ class SqliteStore(Durability):
 
     Goals and cancel requests outlast a failure of power when they are in the inbox, messages the
     end of the process.
+
+    Attributes:
+        store: Where all is written; the run in it goes on, or one begins.
+        started_with: Returns what the nodes were started with, by what that is; called when they
+            are there.
+        wait_for_solvers: Returns when the solvers are there, or raises a ServiceError after a
+            while; without it, the loop ends when one was lost.
     """
 
     keeps_goals = True
+    store: Store
+    started_with: Callable[[], Mapping[str, str]]
+    wait_for_solvers: Optional[Callable[[], None]] = None
 
-    def __init__(
-        self,
-        store: Store,
-        started_with: Callable[[], Mapping[str, str]],
-        wait_for_solvers: Optional[Callable[[], None]] = None,
-    ) -> None:
-        """Prepares to go on with the run in a store, or to begin one.
-
-        Args:
-            store: Where all is written.
-            started_with: Returns what the nodes were started with, by what that is; called when
-                they are there.
-            wait_for_solvers: Returns when the solvers are there, or raises a ServiceError after a
-                while; without it, the loop ends when one was lost.
-        """
-        self._store = store
-        self._started_with = started_with
-        self._wait_for_solvers = wait_for_solvers
+    def __post_init__(self) -> None:
         self._created = time.monotonic()
         self._is_unsure = True  # whether the solvers are those of the run
         self._has_begun = False  # which is written
@@ -104,17 +99,17 @@ class SqliteStore(Durability):
         self, inbox: Inbox, planner: Solver, environment: Environment
     ) -> Tuple[Solver, Environment]:
         """Returns a planner that logs its commands, and the outbox."""
-        for record in self._store.records:
+        for record in self.store.records:
             environment.note(record)  # for those who come late
         inbox.durability = self
         self._inbox = inbox
-        self._outbox = Outbox(environment, self._store)
+        self._outbox = Outbox(environment, self.store)
         planner_retry, controller_retry = (
             SolverRetry(name, self.wait_for_solver, self._note)
             for name in ("planner", "controller")
         )
         self._retry_controller = controller_retry
-        self._planner = RecordedSolver(planner, planner_retry, lambda: self._store.commands)
+        self._planner = RecordedSolver(planner, planner_retry, lambda: self.store.commands)
         return self._planner, self._outbox
 
     def retry(self, call: Callable[[], _T], restore: Callable[[], None] = lambda: None) -> _T:
@@ -131,13 +126,13 @@ class SqliteStore(Durability):
             ServiceError: They do not come.
             StoreError: They are others.
         """
-        if self._inbox.closed or self._wait_for_solvers is None:
+        if self._inbox.closed or self.wait_for_solvers is None:
             raise err
         self._outbox.warn(f"{err}; waits until that node is there, and gives it its commands again")
         with self._state.monitor.interlude(Doing.LACKS, str(err)):
-            self._wait_for_solvers()
+            self.wait_for_solvers()
         was_unsure, self._is_unsure = self._is_unsure, True  # goals stay open if they are others
-        self._store.check(self._started_with())
+        self.store.check(self.started_with())
         self._is_unsure = was_unsure
 
     # Inputs, in any thread.
@@ -158,7 +153,7 @@ class SqliteStore(Durability):
             if isinstance(item, Goal):
                 item.client = StoredClient(item.client, self._outbox)
             if end is None or isinstance(item, Goal):
-                self._numbers[id(item)] = self._store.add(item)
+                self._numbers[id(item)] = self.store.add(item)
             yield
 
     def took(self, items: Sequence[Item]) -> None:
@@ -175,8 +170,8 @@ class SqliteStore(Durability):
         it was rejected in a search, after the snapshot.
         """
         self._state = state
-        known = self._store.goals
-        events = (record.event for record in self._store.records)
+        known = self.store.goals
+        events = (record.event for record in self.store.records)
         told = {event.goal for event in events if isinstance(event, StatusSet)}
         goals: Dict[str, Goal] = {}
 
@@ -217,13 +212,13 @@ class SqliteStore(Durability):
             end(goal)
             return goal
 
-        if self._store.snapshot is not None:
-            goals = state.restore(self._store.snapshot.state, sender)
-            if self._store.pause > _SHORT_PAUSE_SECONDS:
+        if self.store.snapshot is not None:
+            goals = state.restore(self.store.snapshot.state, sender)
+            if self.store.pause > _SHORT_PAUSE_SECONDS:
                 state.executions.interrupt()
         for goal in goals.values():
             state.goals.some_ended |= end(goal)
-        for number, item in self._store.inputs(find):
+        for number, item in self.store.inputs(find):
             if item is None:
                 self._taken.append(number)
             else:
@@ -234,28 +229,28 @@ class SqliteStore(Durability):
     @property
     def ended(self) -> List[KnownGoal]:
         """The stored goals that have ended, in the order of their ends."""
-        return self._store.ended_goals
+        return self.store.ended_goals
 
     @property
     def unsure(self) -> List[KnownGoal]:
         """The ended goals whose clients may not have the result, since they have ended last."""
-        return [one for one in self.ended if one.time >= self._store.unsure_since]
+        return [one for one in self.ended if one.time >= self.store.unsure_since]
 
     def begin(self, state: State, controller: Decider, commands: Any) -> bool:
         """Begins to store the run, or goes on with that of an earlier process."""
         self._state, self._controller = state, controller
-        started_with = self._started_with()
-        saved = self._store.snapshot
+        started_with = self.started_with()
+        saved = self.store.snapshot
         if saved is not None:
-            self._store.check(started_with)
+            self.store.check(started_with)
         self._outbox.begin()
         if saved is None:
-            self._store.begin(started_with)
+            self.store.begin(started_with)
             self._is_unsure = False
             return False
         self.retry(lambda: controller.restore(saved.controller))
         self._planner.restore()
-        self._store.snapshot = None
+        self.store.snapshot = None
         self._is_unsure = False
         state.note(NodeResumed(LOOP, seconds=time.monotonic() - self._created))
         for event in self._untold:
@@ -271,13 +266,13 @@ class SqliteStore(Durability):
 
     def _has_published(self) -> bool:
         """Returns whether the mode has run the command ``publish``."""
-        events = (record.event for record in self._store.records)
+        events = (record.event for record in self.store.records)
         return any(isinstance(event, CommandDone) and event.publishes for event in events)
 
     @property
     def is_refused(self) -> bool:
         """Whether it is still unconfirmed that the stored run can be resumed."""
-        return self._is_unsure or (not self._has_begun and self._store.failure is not None)
+        return self._is_unsure or (not self._has_begun and self.store.failure is not None)
 
     # Each step.
 
@@ -297,7 +292,7 @@ class SqliteStore(Durability):
 
     def about_to_wait(self) -> None:
         """Commits while the loop waits, as if the decision to wait were still to come."""
-        if self._before is None or self._store.failure is not None or self._outbox.is_empty:
+        if self._before is None or self.store.failure is not None or self._outbox.is_empty:
             self._outbox.flush()
             return
         controller, told = self._before
@@ -330,15 +325,13 @@ class SqliteStore(Durability):
     @property
     def summary(self) -> StoreSummary:
         """A summary of the store for diagnostics. Thread-safe."""
-        failure, store = self._store.failure, self._store
-        text = "" if failure is None else str(failure)
-        return StoreSummary(store.path, store.size, store.committed, text, self._is_unsure)
+        return self.store.summary(is_unsure=self._is_unsure)
 
     def interrupts(self, reason: str) -> bool:
         """Returns whether the run goes on in a later process, and refuses inputs until then."""
         if self._inbox.closed:
             return True
-        if self.is_refused or self._store.failure is not None:
+        if self.is_refused or self.store.failure is not None:
             with self._order:
                 self._stopped = reason
             return True
@@ -346,4 +339,4 @@ class SqliteStore(Durability):
 
     def close(self) -> None:
         """Closes the store."""
-        self._store.close()
+        self.store.close()

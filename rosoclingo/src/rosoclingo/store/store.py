@@ -16,6 +16,7 @@ from rosclingo.wire.commands import Command
 from rosoclingo.errors import DamagedStoreError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.durability import KnownGoal
+from rosoclingo.loop.health import StoreSummary
 from rosoclingo.loop.inputs.inbox import Cancel, Item, arrival_of, item_of
 from rosoclingo.loop.journal import Fields as JournalFields
 from rosoclingo.loop.journal import NumberedRecord, StatusSet
@@ -167,15 +168,15 @@ class Store:
         """Why nothing can be written any more; None if it can."""
         return self._database.failure
 
-    @property
-    def committed(self) -> Optional[float]:
-        """When it was written last, in seconds of the monotonic clock; None if it was not."""
-        return self._database.committed
+    def summary(self, *, is_unsure: bool) -> StoreSummary:
+        """Returns a summary of the file for diagnostics.
 
-    @property
-    def size(self) -> Optional[int]:
-        """The bytes of the file and of its log; None if that is unknown."""
-        return self._database.size
+        Args:
+            is_unsure: Whether it is still unconfirmed that the run in it goes on.
+        """
+        database, failure = self._database, self.failure
+        text = "" if failure is None else str(failure)
+        return StoreSummary(self.path, database.size, database.committed, text, is_unsure)
 
     # What was stored.
 
@@ -234,11 +235,11 @@ class Store:
             ]
 
     @property
-    def unsent(self) -> List[Tuple[str, str]]:
-        """Actuators and actions that may not have been published."""
+    def unsent(self) -> Dict[str, Tuple[str, str]]:
+        """Actuators and actions that may not have been published, by their keys, in order."""
         with self._understood():
-            pairs = map(json.loads, self._database.read(_OUT).values())
-            return [(_text(actuator), _text(action)) for actuator, action in pairs]
+            pairs = ((key, json.loads(out)) for key, out in self._database.read(_OUT).items())
+            return {key: (_text(actuator), _text(action)) for key, (actuator, action) in pairs}
 
     @property
     def records(self) -> List[NumberedRecord]:
@@ -283,7 +284,7 @@ class Store:
             number = rows.next_number
             rows.put(_INPUT, str(number), journal.to_text(arrival_of(item)))
             if isinstance(item, Goal):
-                new = KnownGoal(item.id, item.request, item.information, item.address)
+                new = KnownGoal(item.id, item.request, item.information, item.client.address)
                 self._put(rows, new)
             elif isinstance(item, Cancel) and item.goal.id in self._goals:
                 goal = self._goals[item.goal.id]
@@ -332,11 +333,6 @@ class Store:
         with self._database.transaction(durable=False) as rows:
             for key in keys:
                 rows.delete(_OUT, key)
-
-    def note_all_sent(self) -> None:
-        """Marks all of :attr:`unsent` as published."""
-        with self._database.transaction(durable=False) as rows:
-            rows.clear(_OUT)
 
     def _put(self, rows: Rows, goal: KnownGoal) -> None:
         self._goals[goal.id] = goal

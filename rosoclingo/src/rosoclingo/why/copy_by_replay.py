@@ -165,7 +165,7 @@ class RetellingCopy(RebuildingCopy):
 
         outcome = solve()
         if not found and outcome.result is Result.UNSAT and demand.may_relax:
-            self._planner.run(demand.prepare_relaxed(step))
+            self._planner.run(demand.begin_search(step, "search", "relax"))
             outcome = solve()
         if not found and outcome.result is Result.UNKNOWN:
             raise InterruptedQuestionError("there was no time for an answer")

@@ -24,8 +24,8 @@ _LEAST_PART = 0.1  # likewise, as a part of that
 
 
 @dataclass
-class DurationsState:
-    """Saved state of :class:`Durations`.
+class Durations:
+    """Learns how long actions take; all of it is saved. Only the loop's thread uses it.
 
     Attributes:
         means: How long actions take, in seconds, by their kinds.
@@ -36,10 +36,6 @@ class DurationsState:
     means: Dict[str, float] = field(default_factory=dict)
     told: Dict[str, int] = field(default_factory=dict)
     unknown: Set[str] = field(default_factory=set)
-
-
-class Durations(DurationsState):
-    """Learns how long actions take. Only the loop's thread uses it."""
 
     def learn(self, kind: str, believed: int, seconds: float) -> None:
         """Updates a kind's mean with a measured duration.

@@ -110,10 +110,6 @@ class Executions(ExecutionsState):
         one = self.last.get(actuator)
         return one if one is not None and one.acts else None
 
-    def is_published(self, action: Action) -> bool:
-        """Returns whether an action was published since the last reset."""
-        return action in self.published
-
     def begin(
         self, action: Action, kind: str = "", seconds: int = 0, *, is_held: bool = False
     ) -> None:

@@ -63,10 +63,6 @@ class Interlock(InterlockState):
         """Tells if any action needs an approval."""
         return bool(self._ask_before)
 
-    def needs_approval(self, actuator: str, action: str) -> bool:
-        """Returns whether an operator is to approve an action, be it approved or not."""
-        return any(one.fits(actuator, action) for one in self._ask_before)
-
     def reason(self, actuator: str, action: str, *, is_retry: bool = False) -> Optional[HoldReason]:
         """Returns why an action is held; None if it may be dispatched.
 
@@ -76,7 +72,7 @@ class Interlock(InterlockState):
             is_retry: Whether it was dispatched before, so that it needs no approval any more.
         """
         is_approved = is_retry or actuator in self.approved
-        if not is_approved and self.needs_approval(actuator, action):
+        if not is_approved and any(one.fits(actuator, action) for one in self._ask_before):
             return HoldReason.APPROVAL
         if actuator in self.on_hold:
             return HoldReason.HOLD

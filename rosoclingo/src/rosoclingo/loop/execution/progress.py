@@ -88,7 +88,3 @@ class Progress:
     def has_warned(self, kind: str) -> bool:
         """Whether a warning of a kind was logged, so that it is not logged again."""
         return kind in self._warned
-
-    def note_warned(self, kind: str) -> None:
-        """Remembers a kind of warning as logged."""
-        self._warned.add(kind)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Callable
 
 from rosoclingo.loop.execution.durations import Durations
@@ -21,44 +22,31 @@ _MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so m
 _MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
 
 
+@dataclass(eq=False)
 class Timing:
     """Tells clients when goals will be served, and the planner how long actions take.
 
     Used by the loop's thread, and by the callback that polls whether its search is to stop.
+
+    Attributes:
+        durations: How long actions have taken.
+        progress: The plan, and the step.
+        goals: The goals.
+        externals: What the planner's encoding knows.
+        executions: What each actuator does.
+        recorded: Knows in a replay how long actions took.
+        environment: Where the clock of the world is.
+        note: Adds an event to the journal.
     """
 
-    def __init__(
-        self,
-        durations: Durations,
-        *,
-        progress: Progress,
-        goals: Goals,
-        externals: PlannerExternals,
-        executions: Executions,
-        recorded: Recorded,
-        environment: Environment,
-        note: Callable[[Event], None],
-    ) -> None:
-        """Connects arrival times and durations with the run.
-
-        Args:
-            durations: How long actions have taken.
-            progress: The plan, and the step.
-            goals: The goals.
-            externals: What the planner's encoding knows.
-            executions: What each actuator does.
-            recorded: Knows in a replay how long actions took.
-            environment: Where the clock of the world is.
-            note: Adds an event to the journal.
-        """
-        self._durations = durations
-        self._progress = progress
-        self._goals = goals
-        self._externals = externals
-        self._executions = executions
-        self._recorded = recorded
-        self._environment = environment
-        self._note = note
+    durations: Durations
+    progress: Progress
+    goals: Goals
+    externals: PlannerExternals
+    executions: Executions
+    recorded: Recorded
+    environment: Environment
+    note: Callable[[Event], None]
 
     def end_action(self, done: Execution, value: str) -> None:
         """Learns an action's duration from its success.
@@ -68,21 +56,21 @@ class Timing:
         """
         if not (done.kind and done.is_timed and value == SUCCESS) or done.aborted:
             return
-        measured = max(0.0, self._environment.world_now() - done.world_began)
-        seconds = self._recorded.measured(done.number, measured)
+        measured = max(0.0, self.environment.world_now() - done.world_began)
+        seconds = self.recorded.measured(done.number, measured)
         if seconds:
-            self._note(ActionTook(done.actuator, done.kind, done.number, seconds))
-            self._durations.learn(done.kind, done.seconds, seconds)
+            self.note(ActionTook(done.actuator, done.kind, done.number, seconds))
+            self.durations.learn(done.kind, done.seconds, seconds)
 
     def tell_planner(self, step: int) -> None:
         """Tells the planner which actions take longer or shorter than it believes."""
-        for kind, seconds in self._durations.news():
+        for kind, seconds in self.durations.news():
             content = f"lasts({kind},{seconds})"
-            if self._externals.declares(INFO, content):
-                self._externals.make_true([event(INFO, content, step)])
-                self._durations.told[kind] = seconds
+            if self.externals.declares(INFO, content):
+                self.externals.make_true([event(INFO, content, step)])
+                self.durations.told[kind] = seconds
             else:
-                self._durations.unknown.add(kind)
+                self.durations.unknown.add(kind)
 
     def tell_clients(self, moved: float = _MOVED_STEP_SECONDS) -> None:
         """Tells clients the arrival times of their goals, if these are new.
@@ -92,12 +80,12 @@ class Timing:
         Args:
             moved: By how many seconds a time has to have moved.
         """
-        now, executions, progress = self._environment.world_now(), self._executions, self._progress
+        now, executions, progress = self.environment.world_now(), self.executions, self.progress
         plan = progress.plan if progress.shows_plan else Plan()
         times = expected_arrivals(
             plan, progress.step, executions.ordered, executions.published, now
         )
-        for goal in self._goals.open:
+        for goal in self.goals.open:
             time, told = times.get(goal.slot or ""), goal.expected
             if time is not None and told is not None and abs(time - told) < moved:
                 continue
@@ -113,7 +101,7 @@ class Timing:
         Returns:
             Whether a client was told a time before.
         """
-        if all(goal.expected is None for goal in self._goals.open):
+        if all(goal.expected is None for goal in self.goals.open):
             return False
         self.tell_clients(_MOVED_SECONDS)
         return True

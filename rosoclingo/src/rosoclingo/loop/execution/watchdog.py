@@ -6,6 +6,7 @@ replay, which watches nothing, takes it from there.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Callable, Dict, Iterator, List, Optional, Tuple
 
 from rosoclingo.loop.execution.durations import Durations
@@ -30,24 +31,22 @@ _PERCENT = 10  # of which progress is told
 _ROUNDING = 1e-3  # of what came as a number of 32 bits
 
 
+@dataclass(eq=False)
 class WorldStopwatch:
     """How long an action goes on in the time of the world, as far as that was watched.
 
     A step back, or away from 0, counts for nothing: it is that of a simulator which starts.
+
+    Attributes:
+        last: When it was read last, in seconds of the world's time; at first, when it began.
 
     >>> stopwatch = WorldStopwatch(0.0)
     >>> [stopwatch.read(now) for now in (500.0, 502.0, 0.0, 1.0)]
     [0.0, 2.0, 2.0, 2.0]
     """
 
-    def __init__(self, now: float) -> None:
-        """Begins.
-
-        Args:
-            now: The time of the world, in seconds.
-        """
-        self._last = now
-        self._seconds = 0.0
+    last: float
+    _seconds: float = 0.0
 
     def read(self, now: float, *, counts: bool = True) -> float:
         """Returns the seconds until now.
@@ -56,49 +55,39 @@ class WorldStopwatch:
             now: The time of the world, in seconds.
             counts: Whether those since the last time count.
         """
-        if counts and 0 < self._last < now:
-            self._seconds += now - self._last
-        self._last = now
+        if counts and 0 < self.last < now:
+            self._seconds += now - self.last
+        self.last = now
         return self._seconds
 
 
+@dataclass(eq=False)
 class ExecutionWatchdog:
-    """Looks after the actions that are executed. Used by the loop's thread."""
+    """Looks after the actions that are executed. Used by the loop's thread.
 
-    def __init__(
-        self,
-        inbox: Inbox,
-        executions: Executions,
-        *,
-        policies: ActionPolicies,
-        durations: Durations,
-        heartbeats: Heartbeats,
-        environment: Environment,
-        tell: Callable[[str], object],
-        action_timeout: float,
-    ) -> None:
-        """Connects the watchdog with a run.
+    Attributes:
+        inbox: Where timeouts, lost interfaces and due retries go.
+        executions: Who executes what.
+        policies: How long that may take.
+        durations: How long actions have taken.
+        heartbeats: What interfaces say meanwhile.
+        environment: Where the clocks are, and warnings go.
+        tell: Tells a line to the goals.
+        action_timeout: After how many seconds since its dispatch an action without a policy times
+            out; 0 for never.
+    """
 
-        Args:
-            inbox: Where timeouts, lost interfaces and due retries go.
-            executions: Who executes what.
-            policies: How long that may take.
-            durations: How long actions have taken.
-            heartbeats: What interfaces say meanwhile.
-            environment: Where the clocks are, and warnings go.
-            tell: Tells a line to the goals.
-            action_timeout: After how many seconds since its dispatch an action without a policy
-                times out; 0 for never.
-        """
-        self._inbox = inbox
-        self._executions = executions
-        self._policies = policies
-        self._durations = durations
-        self._heartbeats = heartbeats
-        self._environment = environment
-        self._tell = tell
-        self._action_timeout = action_timeout
-        self._begin = self._looked_at = environment.now()
+    inbox: Inbox
+    executions: Executions
+    policies: ActionPolicies
+    durations: Durations
+    heartbeats: Heartbeats
+    environment: Environment
+    tell: Callable[[str], object]
+    action_timeout: float
+
+    def __post_init__(self) -> None:
+        self._begin = self._looked_at = self.environment.now()
         self._is_late = False
         self._spent: Dict[int, WorldStopwatch] = {}  # by numbers of actions
         self._look_at = 0.0
@@ -107,7 +96,7 @@ class ExecutionWatchdog:
     @property
     def seconds(self) -> float:
         """In how many seconds it is time to look; 0 if it is."""
-        return max(0.0, self._look_at - self._environment.now())
+        return max(0.0, self._look_at - self.environment.now())
 
     def look_soon(self) -> None:
         """Has it look the next time, since an action was dispatched, or is to be tried again."""
@@ -115,17 +104,17 @@ class ExecutionWatchdog:
 
     def look(self) -> None:
         """Looks, if it is time."""
-        now = self._environment.now()
+        now = self.environment.now()
         if now < self._look_at:
             return
-        for actuator, seconds in self._executions.late(REMINDER_SECONDS):
-            self._environment.warn(
+        for actuator, seconds in self.executions.late(REMINDER_SECONDS):
+            self.environment.warn(
                 f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "
                 "run, and does its terminal say why it waits?"
             )
         rest = [_LOOK_SECONDS]
         self._is_late = now - self._looked_at > _LATE_SECONDS  # then answers are taken first
-        if not self._inbox.recorded.knows_inputs:
+        if not self.inbox.recorded.knows_inputs:
             self._tell_progress()
             rest += [*self._begin_retries(now), *self._time_out(now), *self._miss_heartbeats(now)]
         self._looked_at = now
@@ -133,19 +122,19 @@ class ExecutionWatchdog:
 
     def _begin_retries(self, now: float) -> Iterator[float]:
         """Lets retries begin whose pause is over; yields the seconds until others are due."""
-        for one in self._executions.retrying:
+        for one in self.executions.retrying:
             if now >= one.retry_at:
-                self._executions.mark_enqueued(one.actuator)
-                self._inbox.put(ControlArrived(Control.RETRY, one.actuator))
+                self.executions.mark_enqueued(one.actuator)
+                self.inbox.put(ControlArrived(Control.RETRY, one.actuator))
             else:
                 yield one.retry_at - now
 
     def _time_out(self, now: float) -> Iterator[float]:
         """Times out what takes too long; yields the seconds that others may take yet."""
         before, self._spent = self._spent, {}
-        for one in self._executions.silent:
-            policy = self._policies.of(one.actuator, one.action)
-            world_now = self._environment.world_now()
+        for one in self.executions.silent:
+            policy = self.policies.of(one.actuator, one.action)
+            world_now = self.environment.world_now()
             self._spent[one.number] = before.get(one.number) or WorldStopwatch(world_now)
             spent = self._spent[one.number].read(world_now, counts=not self._is_late)
             for left, limit in self._limits(one, policy, spent, now):
@@ -160,24 +149,24 @@ class ExecutionWatchdog:
         self, one: Execution, policy: ActionPolicy, spent: float, now: float
     ) -> Iterator[Tuple[float, str]]:
         """Yields how many seconds an action may still take, and what says so."""
-        expected = self._durations.means.get(one.kind, one.seconds) if one.kind else one.seconds
+        expected = self.durations.means.get(one.kind, one.seconds) if one.kind else one.seconds
         by_factor = policy.factor * expected
         if by_factor:
             why = f"{policy.factor:g} times the {expected:g} s that {one.action} takes (~policies)"
             yield by_factor - spent, why
         timeout, name = policy.timeout, "policies"
         if not timeout:
-            timeout, name = self._action_timeout, "action_timeout"
+            timeout, name = self.action_timeout, "action_timeout"
         if timeout:
             yield one.began + timeout - now, f"{timeout:g} s (~{name})"
 
     def _miss_heartbeats(self, now: float) -> Iterator[float]:
         """Finds interfaces that are gone; yields the seconds until others may be."""
-        for one in self._executions.silent:
-            seconds = self._policies.of(one.actuator, one.action).heartbeat
+        for one in self.executions.silent:
+            seconds = self.policies.of(one.actuator, one.action).heartbeat
             if not seconds:
                 continue
-            last = self._heartbeats.last(one.number)
+            last = self.heartbeats.last(one.number)
             heard = max(one.began, self._begin, last.seconds if last is not None else 0.0)
             left = heard + _BEATS * seconds - now
             if left > 0 or self._is_late:
@@ -191,21 +180,21 @@ class ExecutionWatchdog:
 
     def _give_up(self, one: Execution, answer: str, why: str) -> None:
         """Has an answer in the place of one that does not come, and warns of it."""
-        self._executions.mark_enqueued(one.actuator)
-        self._environment.warn(why)
-        self._inbox.put(MessageArrived(one.actuator, answer))
+        self.executions.mark_enqueued(one.actuator)
+        self.environment.warn(why)
+        self.inbox.put(MessageArrived(one.actuator, answer))
 
     def _tell_progress(self) -> None:
-        executed: List[Execution] = self._executions.silent
-        self._heartbeats.keep([one.number for one in executed])
+        executed: List[Execution] = self.executions.silent
+        self.heartbeats.keep([one.number for one in executed])
         told, self._progress = self._progress, {}
         for one in executed:
-            percent = _percent(self._heartbeats, one)
+            percent = _percent(self.heartbeats, one)
             before = told.get(one.number)
             if percent is not None:
                 self._progress[one.number] = percent
                 if before is None or percent > before:
-                    self._tell(f"{one.actuator} {one.action}: {percent} %")
+                    self.tell(f"{one.actuator} {one.action}: {percent} %")
 
 
 def _percent(heartbeats: Heartbeats, one: Execution) -> Optional[int]:

@@ -15,7 +15,7 @@ from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, 
 from rosclingo.errors import ParameterError
 from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, Taken, arrival_of
 from rosoclingo.loop.journal import AnswerArrived, SearchEnded, from_text, key_of
-from rosoclingo.loop.values.recorded import RecordedOutcomes
+from rosoclingo.loop.values.recorded import Recorded
 
 
 class Phase(enum.IntEnum):
@@ -135,7 +135,7 @@ class ReplayInbox(Inbox):
         """
         super().__init__()
         searches = [due for due in dues if due.kind is ScheduledKind.SEARCH]
-        self.recorded: RecordedOutcomes = RecordedOutcomes(
+        self.recorded = Recorded(
             [(due.decision, _read_search(due.text)) for due in searches if due.text],
             {int(due.id): float(due.text) for due in dues if due.kind is ScheduledKind.TIME},
             knows_searches=bool(searches),

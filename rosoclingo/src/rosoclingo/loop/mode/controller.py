@@ -175,7 +175,11 @@ class _Ahead(NamedTuple):
 
 
 class Controller:
-    """Runs a mode: asks it for the next command, and saves its fluents between decisions."""
+    """Runs a mode: asks it for the next command, and saves its fluents between decisions.
+
+    Attributes:
+        last_horizon: The last horizon that the mode has named by ``further(N)``; None for none.
+    """
 
     def __init__(
         self, solver: Solver, *, is_remote: bool = False, known: Optional[Decisions] = None
@@ -199,7 +203,7 @@ class Controller:
         self._background = ThreadPoolExecutor(1, "look ahead") if is_remote else None
         self._ahead: Optional[_Ahead] = None
         self._decided_from: Set[str] = set()  # the last time
-        self._last_horizon: Optional[float] = None
+        self.last_horizon: Optional[float] = None
 
     def prepare(self) -> None:
         """Grounds the mode on a fresh solver, and reads the events that it declares.
@@ -228,11 +232,6 @@ class Controller:
         self._begun = True
         if self._known is not None:
             self._known.declared = self._declared
-
-    @property
-    def last_horizon(self) -> Optional[float]:
-        """The last horizon that the mode has named by ``further(N)``; None if it has named none."""
-        return self._last_horizon
 
     def snapshot(self) -> str:
         """Returns the events that the mode wants to be reminded of, as JSON."""
@@ -264,7 +263,7 @@ class Controller:
         decision = self._decide(info) if ahead is None else ahead.result()
         self._saved, self._decided_from = decision.saved, decision.true
         last = last_horizon(decision.command)
-        self._last_horizon = self._last_horizon if last is None else last
+        self.last_horizon = self.last_horizon if last is None else last
         return number_steps(decision.command, info.step, info.asked, info.horizon)
 
     def look_ahead(self, info: Info) -> None:

@@ -128,10 +128,6 @@ class Demand:
         """Returns the command that grounds parts, and all that they ask for."""
         return Ground(tuple(parts), asking=True, reserved=_RESERVED)
 
-    def ground_step(self, step: int) -> Ground:
-        """Returns the command that grounds a step, and all that it asks for."""
-        return self.ground(step_parts(step))
-
     def learn_examples(self, externals: Iterable[str], slots: Sequence[str]) -> None:
         """Looks for examples of requests and messages among the externals of a fresh solver.
 
@@ -218,25 +214,15 @@ class Demand:
         if not (self._searches and self._has_news):
             return []
         names = [name for name, has in (("prefer", prefers), ("at_once", hastens)) if has]
-        return [self._begin_search(step, "search", *names)]
+        return [self.begin_search(step, "search", *names)]
 
-    def prepare_improving(self, step: int) -> Command:
-        """Returns the command that is to be run before a search for a better plan.
-
-        Args:
-            step: The current step.
-        """
-        return self._begin_search(step, "search", "improve")
-
-    def prepare_relaxed(self, step: int) -> Command:
-        """Returns the command that is to be run before a search is repeated with more choices.
+    def begin_search(self, step: int, *names: str) -> Command:
+        """Returns the command that is to be run before a search, whatever was told.
 
         Args:
             step: The current step.
+            names: The parts to be grounded, such as ``search`` with ``improve`` or ``relax``.
         """
-        return self._begin_search(step, "search", "relax")
-
-    def _begin_search(self, step: int, *names: str) -> Command:
         self._count += 1
         self._has_news = False
         self._relaxed = self._relaxed + 1 if "relax" in names else 0

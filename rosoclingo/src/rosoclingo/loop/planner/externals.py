@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Collection, Dict, Iterable, List, Sequence, Set, Tuple, Union
+from typing import Dict, Iterable, List, Sequence, Set, Tuple, Union
 
 from rosclingo.wire.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.wire.term_text import last_number, split_term
@@ -36,12 +36,15 @@ class PlannerExternals(ExternalsState):
     """Sets the planner's externals, and tracks which are grounded, true, or to be released.
 
     Used by the loop's thread, and by the callback that polls whether its search is to stop.
+
+    Attributes:
+        vocabulary: The events that the encoding declares.
     """
 
     def __init__(self, planner: Planner) -> None:
         super().__init__()
         self._planner = planner
-        self._vocabulary: Union[Vocabulary, ToldVocabulary] = self._seen_events
+        self.vocabulary: Union[Vocabulary, ToldVocabulary] = self._seen_events
         self._by_step: Dict[int, List[str]] = {}  # externals that can be released, when last seen
         self._seen = 0  # how many steps were grounded then
 
@@ -58,7 +61,7 @@ class PlannerExternals(ExternalsState):
         """
         take_over(self, saved)
         demand = self._planner.demand
-        self._vocabulary = ToldVocabulary(demand, slots) if demand.tells else self._seen_events
+        self.vocabulary = ToldVocabulary(demand, slots) if demand.tells else self._seen_events
         self._seen = 0
 
     # What the encoding knows.
@@ -66,7 +69,7 @@ class PlannerExternals(ExternalsState):
     def read(self) -> Dict[str, Truth]:
         """Returns the planner's externals with their values."""
         externals = self._planner.externals()
-        self._vocabulary.learn(externals, len(self.grounded))
+        self.vocabulary.learn(externals, len(self.grounded))
         self._by_step = {}
         for atom, value in externals.items():
             step = last_number(atom)
@@ -84,29 +87,15 @@ class PlannerExternals(ExternalsState):
 
     def knows(self, pairs: Sequence[Pair]) -> bool:
         """Whether the planner knows one of some events, as far as it was asked."""
-        return self._vocabulary.knows(pairs, len(self.grounded))
+        return self.vocabulary.knows(pairs, len(self.grounded))
 
     def is_sure(self, pairs: Sequence[Pair]) -> bool:
         """Whether :meth:`knows` is certain of some events without a request to the planner."""
-        return self._vocabulary.is_sure(pairs, len(self.grounded))
+        return self.vocabulary.is_sure(pairs, len(self.grounded))
 
     def was_asked(self, source: str, content: str) -> bool:
         """Whether it is known whether the encoding declares an event itself."""
-        return self._vocabulary.declares((source, content)) is not None
-
-    def explain(self, source: str, content: str) -> str:
-        """Says why the planner does not know an event."""
-        return self._vocabulary.explain(source, content)
-
-    def suggest(self, source: str, content: str, others: Collection[str]) -> str:
-        """Asks "did you mean" a known message that is like an unknown one; empty if none is.
-
-        Args:
-            source: The id of a message that the planner does not know.
-            content: Its value.
-            others: The sources of events that are no messages.
-        """
-        return self._vocabulary.suggest(source, content, others)
+        return self.vocabulary.declares((source, content)) is not None
 
     def declares(self, source: str, content: str) -> bool:
         """Whether the encoding declares an event itself; asks the planner if that is not known."""
@@ -116,7 +105,7 @@ class PlannerExternals(ExternalsState):
 
     def is_declared(self, source: str, content: str) -> bool:
         """Whether the encoding declares an event itself, as far as the planner was asked."""
-        return bool(self._vocabulary.declares((source, content)))
+        return bool(self.vocabulary.declares((source, content)))
 
     # What is true.
 

@@ -14,6 +14,7 @@ sooner than any plan, but takes long turns: those are for two longer horizons on
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from itertools import count
 from typing import Iterator, List, NamedTuple, Set
 
@@ -32,11 +33,19 @@ class Turn(NamedTuple):
     is_unbroken: bool = False
 
 
+@dataclass(eq=False)
 class Interleaving:
     """Shares time among horizons. Not thread-safe.
 
     Attributes:
-        last: The last horizon.
+        first: The first horizon that is not refuted, 0 or more.
+        last: The last one.
+        width: How many horizons take turns; one more in each round.
+        growth: The factor by which a horizon is longer than the one before it; it is longer by one
+            at least.
+        seconds: How long the turn of the first of these may take, from round to round longer.
+        share: The part of that which the next horizon gets, and so on.
+        lengthening: The factor by which turns are longer in the next round.
 
     >>> order = Interleaving(0, width=3)
     >>> turns = order.turns()
@@ -48,57 +57,37 @@ class Interleaving:
     [2, 3, 4]
     """
 
-    def __init__(
-        self,
-        first: int,
-        last: float = math.inf,
-        *,
-        width: int = 6,
-        growth: float = 1.15,
-        seconds: float = 0.05,
-        share: float = 0.85,
-        lengthening: float = 1.5,
-    ) -> None:
-        """Begins with a horizon.
+    first: int
+    last: float = math.inf
+    width: int = 6
+    growth: float = 1.15
+    seconds: float = 0.05
+    share: float = 0.85
+    lengthening: float = 1.5
 
-        Args:
-            first: The first horizon, 0 or more.
-            last: The last one.
-            width: How many horizons take turns at first.
-            growth: The factor by which a horizon is longer than the one before it; it is longer by
-                one at least.
-            seconds: How long the first turn of the first horizon may take.
-            share: The part of that which the next horizon gets, and so on.
-            lengthening: The factor by which turns are longer in the next round.
-        """
-        self._first = self._next = first
-        self.last = last
+    def __post_init__(self) -> None:
+        self._next = self.first
         self._refuted: Set[int] = set()
-        self._width = width
-        self._growth = growth
-        self._seconds = seconds
-        self._share = share
-        self._lengthening = lengthening
         self._open: List[int] = []
 
     def turns(self) -> Iterator[Turn]:
         """Yields one turn after the other, until all horizons are refuted."""
         while True:
-            while len(self._open) < self._width and self._next <= self.last:
+            while len(self._open) < self.width and self._next <= self.last:
                 self._open.append(self._next)
-                self._next = max(self._next + 1, int(self._next * self._growth))
-            while self._first in self._refuted:
-                self._first += 1
-            if self._first > self.last:
+                self._next = max(self._next + 1, int(self._next * self.growth))
+            while self.first in self._refuted:
+                self.first += 1
+            if self.first > self.last:
                 return
-            fills_gaps = self._width > 1 or self._next > self.last
-            if fills_gaps and self._first not in self._open:
-                self._open.insert(0, self._first)
+            fills_gaps = self.width > 1 or self._next > self.last
+            if fills_gaps and self.first not in self._open:
+                self._open.insert(0, self.first)
             for place, horizon in enumerate(tuple(self._open)):
-                yield Turn(horizon, self._seconds * self._share**place)
-            self._seconds *= self._lengthening
-            if self._width > 1:
-                self._width += 1
+                yield Turn(horizon, self.seconds * self.share**place)
+            self.seconds *= self.lengthening
+            if self.width > 1:
+                self.width += 1
 
     def refute(self, horizon: int) -> None:
         """Gives no more turns to a horizon, with which there is no plan."""

@@ -22,6 +22,7 @@ from __future__ import annotations
 import contextlib
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Callable, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
@@ -109,54 +110,43 @@ class WantedLayers:
         return None
 
 
+@dataclass(eq=False)
 class LayeredSearch:
     """Finds a number of layers with which there is a plan. One thread makes the calls.
 
     Attributes:
-        seeds: Returns what another planner finds, by the number of the search and whether it has to
-            end, see :class:`.ProcessSeed`.
+        solver: The planner's solver.
+        run: Runs commands.
+        state: What is known of the layers; changes.
+        cost: Returns what the last answer set of a search costs; nothing if there is none.
+        seed_planner: Another planner's program, which is asked for a plan; None for none.
     """
 
-    def __init__(
-        self,
-        solver: Solver,
-        run: Callable[..., object],
-        state: LayersState,
-        cost: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]],
-    ) -> None:
-        """Prepares a search.
-
-        Args:
-            solver: The planner's solver.
-            run: Runs commands.
-            state: What is known of the layers; changes.
-            cost: Returns what the last answer set of a search costs; nothing if there is none.
-        """
-        self._solver = solver
-        self._run = run
-        self._state = state
-        self._cost = cost
-        self._grounding = 0.0  # seconds that it took to ground layers
-        self.seeds: Callable[[int, Callable[[], bool]], Seed] = lambda _, __: Seed()
+    solver: Solver
+    run: Callable[..., object]
+    state: LayersState
+    cost: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]]
+    seed_planner: Optional[Path]
+    _grounding: float = 0.0  # seconds that it took to ground layers
 
     def wanted(self, symbols: Sequence[str]) -> Optional[WantedLayers]:
         """Returns the layers that an answer set needs and that are not decided yet."""
         wanted = WantedLayers.of(symbols)
         if wanted is None:
             return None
-        if wanted.search != self._state.search:
-            self._state.begin(wanted.search)
-        return None if self._state.is_decided else wanted
+        if wanted.search != self.state.search:
+            self.state.begin(wanted.search)
+        return None if self.state.is_decided else wanted
 
     def take(self, wanted: WantedLayers, ended: SearchEnded) -> None:
         """Does to the solver what a search did that has ended."""
         self._ask(wanted, ended.horizon, ended.granted, grounded=ended.grounded)
-        self._state.is_decided = True
+        self.state.is_decided = True
 
     def keep(self, wanted: WantedLayers) -> None:
         """Takes as many layers as what is left of the plan before has."""
         self._ask(wanted, wanted.before, wanted.kept)
-        self._state.is_decided = True
+        self.state.is_decided = True
 
     def longer(self, wanted: WantedLayers, layers: int, wishes: int) -> Callable[[], bool]:
         """Returns what allows plans with more layers, until there are twice as many.
@@ -189,7 +179,8 @@ class LayeredSearch:
             same: The assumption that the plan has what is left of the one before, if that is to be
                 tried first.
         """
-        with contextlib.closing(self.seeds(wanted.search, stopped)) as seed:
+        seed = Seed(self.solver, self.run, self.seed_planner, wanted.search, stopped)
+        with contextlib.closing(seed):
             return self._find(wanted, stopped, same, seed)
 
     def _find(
@@ -246,7 +237,7 @@ class LayeredSearch:
         """Returns a plan with what another planner has found, if that fits."""
         for least, assumed in seed.take():
             layers = max(least, wanted.least)
-            for first in range(self._state.grounded, layers, _SEED_LAYERS):
+            for first in range(self.state.grounded, layers, _SEED_LAYERS):
                 if stopped():
                     return None
                 self._ask(wanted, min(first + _SEED_LAYERS, layers), wanted.wishes, spare=0)
@@ -260,8 +251,8 @@ class LayeredSearch:
     def _ended(self, wanted: WantedLayers, found: SearchEnded, granted: int) -> SearchEnded:
         """Has so many wishes granted from now on, with the layers of a plan."""
         self._ask(wanted, found.horizon, granted)
-        self._state.is_decided = True
-        return replace(found, grounded=self._state.grounded, granted=granted)
+        self.state.is_decided = True
+        return replace(found, grounded=self.state.grounded, granted=granted)
 
     def attempt(
         self,
@@ -297,11 +288,11 @@ class LayeredSearch:
             end = end if found else time.monotonic() + polish
             found.append(improvement)
 
-        outcome = self._solver.solve(assumed, lambda: stopped() or time.monotonic() > end, improved)
+        outcome = self.solver.solve(assumed, lambda: stopped() or time.monotonic() > end, improved)
         symbols = outcome.symbols or (found[-1].symbols if found else ())
         if not symbols:
             return outcome.result, None
-        cost = self._cost(outcome, found)
+        cost = self.cost(outcome, found)
         quality = Quality(cost) if cost else None
         return wire.Result.SAT, SearchEnded(
             Ended.LAYERED, symbols, quality, horizon=layers, granted=wishes
@@ -318,7 +309,7 @@ class LayeredSearch:
     ) -> None:
         """Grounds layers, and sets the goal."""
         goal = f"goal({wanted.search},{layers},{wishes})"
-        state = self._state
+        state = self.state
         last = grounded if grounded is not None else layers
         if grounded is None and layers > state.grounded:
             last += spare
@@ -336,7 +327,7 @@ class LayeredSearch:
             commands.append(wire.AssignExternal(goal, wire.Truth.TRUE))
         if commands:
             begin = time.monotonic()
-            self._run(*commands)
+            self.run(*commands)
             self._grounding += time.monotonic() - begin
         state.grounded, state.goal = max(state.grounded, last), goal
 

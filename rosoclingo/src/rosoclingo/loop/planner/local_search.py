@@ -29,25 +29,19 @@ class Incumbent:
     is_best: bool = False
 
 
+@dataclass(eq=False)
 class LocalSearch:
-    """Improves a plan, neighbourhood by neighbourhood, and proves it the best if there is time."""
+    """Improves a plan, neighbourhood by neighbourhood, and proves it the best if there is time.
 
-    def __init__(
-        self,
-        solver: Solver,
-        neighbourhoods: Neighbourhoods,
-        cost: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]],
-    ) -> None:
-        """Prepares searches.
+    Attributes:
+        solver: The planner's solver.
+        neighbourhoods: Says which ones are tried.
+        cost: Returns what the last answer set of a search costs; nothing if there is none.
+    """
 
-        Args:
-            solver: The planner's solver.
-            neighbourhoods: Says which ones are tried.
-            cost: Returns what the last answer set of a search costs; nothing if there is none.
-        """
-        self._solver = solver
-        self._neighbourhoods = neighbourhoods
-        self._cost = cost
+    solver: Solver
+    neighbourhoods: Neighbourhoods
+    cost: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]]
 
     def descend(
         self,
@@ -69,17 +63,17 @@ class LocalSearch:
             The best plan that was found.
         """
         first = best
-        end = time.monotonic() + self._neighbourhoods.until_shown() if shows else math.inf
+        end = time.monotonic() + self.neighbourhoods.until_shown() if shows else math.inf
 
         def stopped() -> bool:
             is_shown = best.cost < first.cost and time.monotonic() > end
             return is_called() or is_shown
 
         plan = Neighbourhood.of(best.symbols)
-        seeds = [] if plan is None else self._neighbourhoods.begin(plan)
-        while plan is not None and self._neighbourhoods.size < len(plan.groups):
+        seeds = [] if plan is None else self.neighbourhoods.begin(plan)
+        while plan is not None and self.neighbourhoods.size < len(plan.groups):
             had_success = False
-            for seed in seeds or self._neighbourhoods.seeds(plan):
+            for seed in seeds or self.neighbourhoods.seeds(plan):
                 has_success = True
                 while has_success:
                     if stopped():
@@ -90,7 +84,7 @@ class LocalSearch:
                         best, had_success = better, True
                         plan = Neighbourhood.of(best.symbols) or plan
             if not had_success and not seeds:
-                self._neighbourhoods.grow()
+                self.neighbourhoods.grow()
             seeds = []
         best = self._search(best, (), stopped)
         while best.is_best and not stopped() and lengthen():
@@ -101,7 +95,7 @@ class LocalSearch:
         self, best: Incumbent, plan: Neighbourhood, seed: str, stopped: Callable[[], bool]
     ) -> Optional[Incumbent]:
         """Returns a better plan in the neighbourhood of a group; None if none was found."""
-        hood = self._neighbourhoods
+        hood = self.neighbourhoods
         end = time.monotonic() + hood.seconds
         kept = plan.assumptions(plan.around(seed, hood.size, hood.dice))
         limit = wire.ConflictLimit(hood.conflicts)
@@ -117,9 +111,9 @@ class LocalSearch:
         """Returns the best plan that was found under some assumptions."""
         found: List[wire.Improvement] = []
         bound = wire.CostBound(below(best.cost))
-        outcome = self._solver.solve((*kept, bound), stopped, found.append)
+        outcome = self.solver.solve((*kept, bound), stopped, found.append)
         is_best = not (kept or outcome.interrupted or is_restricted(best.symbols))
-        cost = self._cost(outcome, found)
+        cost = self.cost(outcome, found)
         if cost and cost < best.cost:
             return Incumbent(cost, outcome.symbols or found[-1].symbols, is_best)
         return Incumbent(best.cost, best.symbols, best.is_best or is_best)

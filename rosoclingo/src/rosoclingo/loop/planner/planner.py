@@ -78,6 +78,8 @@ class Planner(PlannerState):
     """The planner's solver, with the operations that commands need: grounding, search, improvement.
 
     Attributes:
+        patience: After how many seconds an optimising search ends that has found a plan; 0 for
+            never, DEFAULT_PATIENCE for what suits its encoding.
         is_awaited: Whether no better plan is looked for while robots act.
         one_by_one_seconds: How long one horizon after the other is searched, without grounding
             on demand, until several take turns; 0 for always.
@@ -97,7 +99,7 @@ class Planner(PlannerState):
         self._seed_planner = find_seed_planner(seed_planner)
         self._solver = solver
         self._requests = Requests(solver)
-        self._patience = patience
+        self.patience = patience
         self.is_awaited = False
         self.one_by_one_seconds = one_by_one_seconds
         self._began: Optional[float] = None  # when it was first searched in this situation
@@ -111,15 +113,11 @@ class Planner(PlannerState):
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
 
     @property
-    def patience(self) -> float:
+    def _limit(self) -> float:
         """After how many seconds an optimising search ends that has found a plan, 0 for never."""
-        if self._patience == DEFAULT_PATIENCE:
+        if self.patience == DEFAULT_PATIENCE:
             return _PATIENCE if self.demand.improves else 0.0
-        return self._patience
-
-    @patience.setter
-    def patience(self, seconds: float) -> None:
-        self._patience = seconds
+        return self.patience
 
     @property
     def events_are_facts(self) -> bool:
@@ -202,9 +200,8 @@ class Planner(PlannerState):
         return [self._grounding(step) for step in missing]
 
     def _grounding(self, step: int) -> wire.Ground:
-        return (
-            self.demand.ground_step(step) if self.demand else wire.Ground(tuple(step_parts(step)))
-        )
+        parts = step_parts(step)
+        return self.demand.ground(parts) if self.demand else wire.Ground(tuple(parts))
 
     def query(self, horizon: int, before: Optional[int], steps: Sequence[int]) -> None:
         """Asks for plans with a horizon.
@@ -285,7 +282,7 @@ class Planner(PlannerState):
                 self._symbols, self._passed = outcome.symbols, 0
             return outcome
         if self._kept is None:
-            prefers = self.patience > 0 and self.demand.prefers and self.demand.searches > 0
+            prefers = self._limit > 0 and self.demand.prefers and self.demand.searches > 0
             hastens = self._is_hasty and self.demand.hastens
             commands = self.demand.prepare(step, prefers=prefers, hastens=hastens)
             self.run(*commands)
@@ -293,7 +290,7 @@ class Planner(PlannerState):
                 stopped, self.quality, compares=prefers and bool(commands)
             )
             while self.demand.may_relax and outcome.result is wire.Result.UNSAT:
-                self.run(self.demand.prepare_relaxed(step))
+                self.run(self.demand.begin_search(step, "search", "relax"))
                 outcome, self.quality = self._searching().find(stopped, self.quality)
             needed = needed_horizon(outcome.symbols) if self.demand else None
             if needed is None or outcome.result is not wire.Result.SAT:
@@ -352,10 +349,10 @@ class Planner(PlannerState):
 
     def _find_cheaper(self, horizon: int, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
         """Searches longer horizons for a cheaper plan, for the time that ``patience`` has left."""
-        if self.last_horizon is None or self.patience <= 0 or self.quality is None:
+        if self.last_horizon is None or self._limit <= 0 or self.quality is None:
             return None
         assert self._began is not None
-        end = self._began + self.patience
+        end = self._began + self._limit
         searching = self._searching()
         ended = look_for_cheaper(
             self._solver, self._requests.run, self._ground_ahead, searching.cost,
@@ -441,14 +438,14 @@ class Planner(PlannerState):
     @property
     def _is_hasty(self) -> bool:
         """Tells whether a first plan of many tasks goes out at once, to be improved later."""
-        return self._patience == DEFAULT_PATIENCE and not self.is_awaited
+        return self.patience == DEFAULT_PATIENCE and not self.is_awaited
 
     @property
     def may_improve(self) -> bool:
         """Tells whether it is worth looking for a better plan than the one that stands."""
         if self.demand:
             is_best = self.quality is None or self.quality.is_best
-            return self.patience > 0 and self.demand.improves and not (is_best or self._is_through)
+            return self._limit > 0 and self.demand.improves and not (is_best or self._is_through)
         is_open = self._is_timed and bool(self._symbols) and not self._is_through
         is_best = self.quality is not None and self.quality.is_best
         return is_open and self._takes_turns and not is_best
@@ -476,7 +473,7 @@ class Planner(PlannerState):
         """
         if not self.demand:
             return self._improve_plain(step, horizon, stopped)
-        self.run(self.demand.prepare_improving(step))
+        self.run(self.demand.begin_search(step, "search", "improve"))
         ended, better = self._searching().improve(stopped)
         self.quality = ended.quality
         if ended.how is not Ended.NOTHING:
@@ -525,15 +522,14 @@ class Planner(PlannerState):
         return Searching(
             self._solver,
             self.demand,
-            lambda parts: self.run(self.demand.ground(parts)),
-            patience=self.patience,
+            self.run,
+            patience=self._limit,
             first=_FIRST if self._is_hasty else None,
-            awaits_layers=self._patience > 0,
+            awaits_layers=self.patience > 0,
             neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,
             note=self.note,
             layers=self.layers,
-            run=self.run,
             seed_planner=self._seed_planner,
             is_late=is_late,
             varies=self._varies,

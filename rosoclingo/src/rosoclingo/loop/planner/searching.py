@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from functools import partial
 from pathlib import Path
 from typing import Any, Callable, List, Optional, Sequence, Tuple
 
@@ -26,7 +25,6 @@ from rosoclingo.loop.planner.neighbourhoods import (
     is_restricted,
     says_choices,
 )
-from rosoclingo.loop.planner.seeding import ProcessSeed
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo.loop.values.solver import Solver
@@ -36,66 +34,49 @@ _AS_BEFORE = "as_before"  # as_before(K): the plan of search K is the one before
 _SAME_SECONDS = 0.05  # that it may take at least to count what is left of a plan
 
 
+@dataclasses.dataclass(eq=False)
 class Searching:
     """One search of the planner's, for a plan or for a better one.
 
     The planner is told all before that, and is told nothing meanwhile.
+
+    Attributes:
+        solver: The planner's solver.
+        demand: What its encoding asks for.
+        run: Runs commands.
+        patience: After how many seconds it ends if it optimises and has found a plan; 0 for when
+            it is through.
+        first: Likewise for a plan that says its choices, if that is another time.
+        awaits_layers: Whether ``patience`` counts for plans in layers, too: else, their first plan
+            is taken.
+        neighbourhoods: Says what of a plan is searched anew.
+        recorded: Knows in a replay how it ends, if that depends on time.
+        note: Called with how it has ended, likewise.
+        layers: What is known of the layers of its plans.
+        seed_planner: Another planner's program, which is asked for first plans in layers.
+        is_late: Whether a search without an answer set has to end, though nothing has come.
+        varies: Whether which answer set the solver finds is up to chance, or to searches that time
+            has ended; asked after a search.
     """
 
-    def __init__(
-        self,
-        solver: Solver,
-        demand: Demand,
-        ground: Callable[[Sequence[wire.Part]], object],
-        *,
-        patience: float,
-        first: Optional[float] = None,
-        awaits_layers: bool = False,
-        neighbourhoods: Neighbourhoods,
-        recorded: Recorded,
-        note: Callable[[SearchEnded], None],
-        layers: LayersState,
-        run: Callable[..., object],
-        seed_planner: Optional[Path] = None,
-        is_late: Callable[[], bool] = lambda: False,
-        varies: Callable[[], bool] = lambda: False,
-    ) -> None:
-        """Prepares a search.
+    solver: Solver
+    demand: Demand
+    run: Callable[..., object]
+    patience: float
+    first: Optional[float]
+    awaits_layers: bool
+    neighbourhoods: Neighbourhoods
+    recorded: Recorded
+    note: Callable[[SearchEnded], None]
+    layers: LayersState
+    seed_planner: Optional[Path]
+    is_late: Callable[[], bool]
+    varies: Callable[[], bool]
 
-        Args:
-            solver: The planner's solver.
-            demand: What its encoding asks for.
-            ground: Grounds parts that an answer set asks for.
-            patience: After how many seconds it ends if it optimises and has found a plan; 0 for
-                when it is through.
-            first: Likewise for a plan that says its choices, if that is another time.
-            awaits_layers: Whether ``patience`` counts for plans in layers, too: else, their first
-                plan is taken.
-            neighbourhoods: Says what of a plan is searched anew.
-            recorded: Knows in a replay how it ends, if that depends on time.
-            note: Called with how it has ended, likewise.
-            layers: What is known of the layers of its plans.
-            run: Runs commands.
-            seed_planner: Another planner's program, which is asked for first plans in layers.
-            is_late: Whether a search without an answer set has to end, though nothing has come.
-            varies: Whether which answer set the solver finds is up to chance, or to searches that
-                time has ended; asked after a search.
-        """
-        self._solver = solver
-        self._demand = demand
-        self._ground = ground
-        self._patience = patience
-        self._first = first
-        self._awaits_layers = awaits_layers
+    def __post_init__(self) -> None:
         self._lengthen: Callable[[], bool] = lambda: False
-        self._neighbourhoods = neighbourhoods
-        self._recorded = recorded
-        self._note = note
-        self._layers = LayeredSearch(solver, run, layers, self.cost)
-        if seed_planner is not None and demand.shows_seeds:
-            self._layers.seeds = partial(ProcessSeed, solver, run, seed_planner)
-        self._is_late = is_late
-        self._varies = varies
+        seed_planner = self.seed_planner if self.demand.shows_seeds else None
+        self._layered = LayeredSearch(self.solver, self.run, self.layers, self.cost, seed_planner)
 
     def find(
         self,
@@ -121,13 +102,13 @@ class Searching:
             PlannerError: The encoding asks for what there is not, or without end.
         """
         if not rounds:
-            self._neighbourhoods.note_news()
+            self.neighbourhoods.note_news()
         bound: Optional[Tuple[int, ...]] = None  # if one was cut off
-        has_layers = self._demand.has_layers
+        has_layers = self.demand.has_layers
         best: Optional[Incumbent] = None
         for number in range(rounds, _MOST_ROUNDS):
-            called = self._recorded.search_due(Ended.CALLED, number=number)
-            is_stopped = stopped() and not self._recorded.is_search_due(improves=False)
+            called = self.recorded.search_due(Ended.CALLED, number=number)
+            is_stopped = stopped() and not self.recorded.is_search_due(improves=False)
             if called or is_stopped:  # while it was grounded
                 return self._be_called(number, is_recorded=called is not None), quality
             outcome, found = self._solve(
@@ -138,14 +119,14 @@ class Searching:
                 return self._be_called(number), quality
             if outcome.result is not wire.Result.SAT:
                 return outcome, quality
-            wanted = self._layers.wanted(outcome.symbols) if has_layers else None
+            wanted = self._layered.wanted(outcome.symbols) if has_layers else None
             if wanted is not None:
                 ended = self._find_layers(wanted, stopped, number, compares=compares)
                 if ended.how is Ended.CALLED:
                     return self._be_called(number), quality
                 if ended.quality is not None:
                     best = Incumbent(ended.quality.cost, ended.symbols)
-                    self._lengthen = self._layers.longer(wanted, ended.horizon, ended.granted)
+                    self._lengthen = self._layered.longer(wanted, ended.horizon, ended.granted)
                 continue
             if outcome.interrupted:
                 bound = found.bound if found else ()
@@ -154,16 +135,16 @@ class Searching:
             # An encoding that looks for better plans asks for something in each new one, and has
             # decided then what that costs.
             # One that constructs a plan may have decided all.
-            is_new = bool(self._demand) and (
-                self._demand.asks(outcome.symbols, completes=False)
+            is_new = bool(self.demand) and (
+                self.demand.asks(outcome.symbols, completes=False)
                 or is_constructed(outcome.symbols)
             )
-            if is_new or not self._demand.improves:
+            if is_new or not self.demand.improves:
                 quality = found
-            parts = self._demand.asked_for(outcome.symbols) if self._demand else []
+            parts = self.demand.asked_for(outcome.symbols) if self.demand else []
             if not parts:
                 return dataclasses.replace(outcome, interrupted=bound is not None), quality
-            self._ground(parts)
+            self.run(self.demand.ground(parts))
         raise PlannerError(
             f"{_MOST_ROUNDS} answer sets in a row of the planner have asked for something, the "
             f"last for {shorten(str(parts[0]))}: does it ever stop asking?"
@@ -182,14 +163,14 @@ class Searching:
         Raises:
             PlannerError: The encoding asks for what there is not.
         """
-        ended = self._recorded.search_due(*IMPROVING) or self._look_for_better(stopped)
-        self._note(ended)
+        ended = self.recorded.search_due(*IMPROVING) or self._look_for_better(stopped)
+        self.note(ended)
         if ended.how is Ended.NOTHING:
             return ended, None
         is_chosen = ended.how is Ended.CHOSEN
-        parts = self._demand.asked_for(ended.symbols, completes=not is_chosen)
+        parts = self.demand.asked_for(ended.symbols, completes=not is_chosen)
         if parts:
-            self._ground(parts)
+            self.run(self.demand.ground(parts))
         if is_chosen:
             return ended, None
         outcome, _ = self.find(lambda: False, ended.quality, rounds=1)
@@ -212,19 +193,19 @@ class Searching:
             number: How many answer sets have asked for something before.
             compares: Whether to begin with what is left of the plan before.
         """
-        ended = self._recorded.search_due(Ended.LAYERED, Ended.CALLED, number=number)
+        ended = self.recorded.search_due(Ended.LAYERED, Ended.CALLED, number=number)
         if ended is None:
-            ended = self._layers.find(wanted, stopped, same=self._same() if compares else None)
+            ended = self._layered.find(wanted, stopped, same=self._same() if compares else None)
         elif ended.how is Ended.LAYERED:
-            self._layers.take(wanted, ended)
+            self._layered.take(wanted, ended)
         if ended.how is not Ended.CALLED:
-            self._note(dataclasses.replace(ended, symbols=(), quality=None, round=number))
+            self.note(dataclasses.replace(ended, symbols=(), quality=None, round=number))
         return ended
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
         """Returns whether there is any, be it the best one or not; None if told to stop before."""
         found: List[wire.Improvement] = []
-        outcome = self._solver.solve((), lambda: bool(found) or stopped(), found.append)
+        outcome = self.solver.solve((), lambda: bool(found) or stopped(), found.append)
         if found or outcome.result is wire.Result.SAT:
             return True
         return False if outcome.result is wire.Result.UNSAT else None
@@ -232,9 +213,9 @@ class Searching:
     def _look_for_better(self, stopped: Callable[[], bool]) -> SearchEnded:
         """Computes the plan's current cost, and searches for a cheaper plan."""
         found: List[wire.Improvement] = []
-        if self._demand.has_layers and not self._keep_layers():
+        if self.demand.has_layers and not self._keep_layers():
             return SearchEnded(Ended.NOTHING)
-        outcome = self._solver.solve((self._same(),), None, found.append)
+        outcome = self.solver.solve((self._same(),), None, found.append)
         cost = self.cost(outcome, found)
         if outcome.result is not wire.Result.SAT or not cost:
             return SearchEnded(Ended.NOTHING)
@@ -245,10 +226,10 @@ class Searching:
             best = self._local_search().descend(best, stopped, shows=True)
             quality = Quality(best.cost, best.cost if best.is_best else ())
             how = Ended.BETTER if best.cost < before else Ended.AS_BEFORE
-            if stopped() and self._demand.can_wait(best.symbols):
+            if stopped() and self.demand.can_wait(best.symbols):
                 how = Ended.CHOSEN
             return SearchEnded(how, best.symbols, quality)
-        outcome = self._solver.solve((), stopped, found.append)
+        outcome = self.solver.solve((), stopped, found.append)
         better = self.cost(outcome, found)
         bound = better if outcome.result is wire.Result.SAT else self._bound()
         if not better or better >= before:
@@ -258,25 +239,25 @@ class Searching:
 
     def _keep_layers(self) -> bool:
         """Sets the layers to those that the rest of the plan has, if there is any."""
-        wanted = self._layers.wanted(self._solver.solve().symbols)
+        wanted = self._layered.wanted(self.solver.solve().symbols)
         if wanted is None or not wanted.before:
             return False
-        self._layers.keep(wanted)
+        self._layered.keep(wanted)
         return True
 
     def _same(self) -> wire.Assumption:
         """Returns the assumption that the plan is the one before, as far as it is left."""
-        return wire.Assumption(f"{_AS_BEFORE}({self._demand.searches})", True)
+        return wire.Assumption(f"{_AS_BEFORE}({self.demand.searches})", True)
 
     def _be_called(self, number: int, *, is_recorded: bool = False) -> wire.Outcome:
         """Records that an input has interrupted a search, and returns that outcome."""
-        if is_recorded or (self._demand and self._depends_on_time()):
-            self._note(SearchEnded(Ended.CALLED, round=number))
+        if is_recorded or (self.demand and self._depends_on_time()):
+            self.note(SearchEnded(Ended.CALLED, round=number))
         return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
 
     def _depends_on_time(self) -> bool:
         """Returns whether the last search's result depends on time or chance."""
-        return bool(self._patience or self._demand.has_layers or self._varies())
+        return bool(self.patience or self.demand.has_layers or self.varies())
 
     def _solve(
         self,
@@ -297,18 +278,18 @@ class Searching:
         Returns:
             How that has ended, and how good the answer set is, if that is known.
         """
-        ended = self._recorded.search_due(Ended.CUT, Ended.FINISHED, Ended.REFUTED, number=number)
+        ended = self.recorded.search_due(Ended.CUT, Ended.FINISHED, Ended.REFUTED, number=number)
         if ended is None:
             outcome, quality = self._solve_in_time(stopped, compares=compares, best=best)
             if not self._depends_on_time():
                 return outcome, quality
-            if outcome.result is wire.Result.UNSAT and self._demand.may_relax:
-                self._note(SearchEnded(Ended.REFUTED, round=number))
+            if outcome.result is wire.Result.UNSAT and self.demand.may_relax:
+                self.note(SearchEnded(Ended.REFUTED, round=number))
             if outcome.result is not wire.Result.SAT:
                 return outcome, quality
             how = Ended.CUT if outcome.interrupted else Ended.FINISHED
             ended = SearchEnded(how, outcome.symbols, quality, number)
-        self._note(ended)
+        self.note(ended)
         if ended.how is Ended.REFUTED:
             return wire.Outcome(wire.Result.UNSAT), None
         is_cut = ended.how is Ended.CUT
@@ -320,7 +301,7 @@ class Searching:
     ) -> Tuple[wire.Outcome, Optional[Quality]]:
         """Searches for as long as is allowed; ``interrupted`` is set if that was too short."""
         found: List[wire.Improvement] = []
-        limit = self._patience if not self._recorded.knows_searches else 0.0
+        limit = self.patience if not self.recorded.knows_searches else 0.0
         begin = time.monotonic()
         end = begin + limit
         is_stopped = False
@@ -330,14 +311,14 @@ class Searching:
             is_stopped = is_stopped or stopped()
             has_plan = bool(limit and (found or best))
             is_over = has_plan and time.monotonic() > end
-            return is_stopped or is_over or (not found and self._is_late())
+            return is_stopped or is_over or (not found and self.is_late())
 
         def has_to_end_first() -> bool:
             return has_to_end() or bool(limit and found and says_choices(found[-1].symbols))
 
         if limit and compares:
             allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)
-            outcome = self._solver.solve((self._same(),), has_to_end_first, found.append)
+            outcome = self.solver.solve((self._same(),), has_to_end_first, found.append)
             end = allowed
             if is_constructed(outcome.symbols):
                 return dataclasses.replace(outcome, interrupted=True), Quality(())
@@ -345,8 +326,8 @@ class Searching:
             found.clear()
         bound: Tuple[int, ...] = ()
         if best is None or not says_choices(best.symbols):
-            outcome = self._solver.solve((), has_to_end_first, found.append)
-            if is_constructed(outcome.symbols) and self._demand.improves:
+            outcome = self.solver.solve((), has_to_end_first, found.append)
+            if is_constructed(outcome.symbols) and self.demand.improves:
                 return dataclasses.replace(outcome, interrupted=True), Quality(())
             is_cut = limit and outcome.interrupted and not is_stopped
             if not (is_cut and (found or best)):
@@ -358,14 +339,14 @@ class Searching:
             bound = self._bound()
             best = self._incumbent(outcome, found, best)
         assert best is not None
-        if says_choices(best.symbols) and (self._awaits_layers or not self._demand.has_layers):
-            if self._first is not None:
-                end = min(end, begin + self._first)
+        if says_choices(best.symbols) and (self.awaits_layers or not self.demand.has_layers):
+            if self.first is not None:
+                end = min(end, begin + self.first)
             best = self._local_search().descend(best, has_to_end, lengthen=self._lengthen)
             if is_stopped:
                 return wire.Outcome(wire.Result.UNKNOWN, interrupted=True), None
             bound = () if is_restricted(best.symbols) else bound
-        if best.is_best or (self._demand.improves and not self._demand.asks(best.symbols)):
+        if best.is_best or (self.demand.improves and not self.demand.asks(best.symbols)):
             # If it asks for nothing, it stands, or an answer set before has decided it: there is no
             # other.
             outcome = wire.Outcome(wire.Result.SAT, symbols=best.symbols)
@@ -374,7 +355,7 @@ class Searching:
         return outcome, Quality(best.cost, bound)
 
     def _local_search(self) -> LocalSearch:
-        return LocalSearch(self._solver, self._neighbourhoods, self.cost)
+        return LocalSearch(self.solver, self.neighbourhoods, self.cost)
 
     def _incumbent(
         self,
@@ -393,7 +374,7 @@ class Searching:
         if found and (found[-1].symbols == outcome.symbols or not outcome.symbols):
             return found[-1].cost
         # Over ROS, the result may be here before the costs. Who does not minimise is not asked.
-        is_known = bool(found) or self._demand.improves
+        is_known = bool(found) or self.demand.improves
         return self._numbers("costs") if is_known and outcome.symbols else ()
 
     def _bound(self) -> Tuple[int, ...]:
@@ -401,7 +382,7 @@ class Searching:
         return self._numbers("lower")
 
     def _numbers(self, name: str) -> Tuple[int, ...]:
-        return tuple(map(int, read_summary(self._solver, name) or ()))
+        return tuple(map(int, read_summary(self.solver, name) or ()))
 
 
 def read_summary(solver: Solver, name: str) -> Any:

@@ -6,6 +6,7 @@ See docs/grounding_on_demand.md, section "A seed". The process searches beside c
 from __future__ import annotations
 
 import contextlib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Callable, Iterator, List, Optional, Tuple
 
@@ -21,63 +22,38 @@ SEED = ("seed", 1)
 """The part of an encoding that shows the task."""
 
 
+@dataclass(eq=False)
 class Seed:
-    """Gives what another planner finds for a search; here, nothing. One thread makes the calls."""
+    """Gives what another planner, a process, finds for a search. One thread makes the calls.
 
-    def begin(self) -> None:
-        """Has the other planner begin, unless it has begun."""
+    Attributes:
+        solver: The solver, whose encoding shows the task.
+        run: Runs commands.
+        program: The other planner, see :func:`.find_seed_planner`; None for none.
+        number: That of the search.
+        stopped: Whether the search has to end.
+    """
 
-    @property
-    def is_ready(self) -> bool:
-        """Tells whether something was found that is not taken yet; for any thread."""
-        return False
+    solver: Solver
+    run: Callable[..., object]
+    program: Optional[Path]
+    number: int
+    stopped: Callable[[], bool]
 
-    def take(self) -> Iterator[Tuple[int, List[wire.Assumption]]]:
-        """Takes what was found: numbers of layers, and what is assumed, to be tried in turn."""
-        return iter(())
-
-    def close(self) -> None:
-        """Ends the other planner."""
-
-
-class ProcessSeed(Seed):
-    """Gives what a process finds."""
-
-    def __init__(
-        self,
-        solver: Solver,
-        run: Callable[..., object],
-        program: Path,
-        number: int,
-        stopped: Callable[[], bool],
-    ) -> None:
-        """Starts nothing yet.
-
-        Args:
-            solver: The solver, whose encoding shows the task.
-            run: Runs commands.
-            program: The other planner, see :func:`.find_seed_planner`.
-            number: That of the search.
-            stopped: Whether the search has to end.
-        """
-        self._solver = solver
-        self._run = run
-        self._program = program
-        self._number = number
-        self._stopped = stopped
+    def __post_init__(self) -> None:
         self._has_begun = False
         self._task: Optional[SasTask] = None
         self._process: Optional[SeedProcess] = None  # until its plan is taken
 
     def begin(self) -> None:
         """Starts the process with the task that the encoding shows, unless that was done."""
-        if self._has_begun:
+        if self.program is None or self._has_begun:
             return
         self._has_begun = True
         self._task = self._read()
         if self._task is not None:
             with contextlib.suppress(OSError):  # then the search does without
-                self._process = SeedProcess(self._program, self._task.text)
+                self._process = SeedProcess(self.program, self._task.text)
 
     @property
     def is_ready(self) -> bool:
@@ -107,13 +83,13 @@ class ProcessSeed(Seed):
     def _read(self) -> Optional[SasTask]:
         """Returns the task of the search; None if its encoding does not show any."""
         name, _ = SEED
-        shown = f"seeding({self._number})"
-        self._run(
-            wire.Ground((wire.Part(name, (str(self._number),)),)),
+        shown = f"seeding({self.number})"
+        self.run(
+            wire.Ground((wire.Part(name, (str(self.number),)),)),
             wire.AssignExternal(shown, wire.Truth.TRUE),
         )
-        symbols = self._solver.solve((), self._stopped).symbols
-        self._run(wire.ReleaseExternal(shown))
+        symbols = self.solver.solve((), self.stopped).symbols
+        self.run(wire.ReleaseExternal(shown))
         try:
             task = read_task(symbols)
         except ValueError:
@@ -123,6 +99,6 @@ class ProcessSeed(Seed):
     def _assumptions(self, plan: LayeredPlan) -> List[wire.Assumption]:
         chosen = [("occ", *one) for one in plan.actions] + [("goes", *one) for one in plan.ways]
         return [
-            wire.Assumption(f"{name}({arguments},{layer},{self._number})", True)
+            wire.Assumption(f"{name}({arguments},{layer},{self.number})", True)
             for name, arguments, layer in chosen
         ]

@@ -16,8 +16,9 @@ An encoding that includes ``causes.lp`` shows them as terms, see docs/causes.md.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
-from typing import Any, Callable, Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Set, Tuple
+from typing import Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Tuple
 
 from rosclingo.wire.term_text import number, split_term
 
@@ -35,6 +36,10 @@ def only_beliefs(terms: Iterable[str]) -> Tuple[str, ...]:
     return tuple(sorted(term for term, _ in parts)) if shows else ()
 
 
+_ARITIES = {
+    "belief": 3, "certain": 1, "observes": 3, "is_about": 4, "speaks_for": 3, "speaks_against": 4,
+    "unexplained": 2,
+}  # fmt: skip
 _NECESSARY = {("belief", 3), ("observes", 3), ("unexplained", 2)}
 
 
@@ -112,70 +117,41 @@ class Beliefs:
     @classmethod
     def read(cls, terms: Iterable[str]) -> Beliefs:
         """Reads the terms of an answer set that show beliefs; others are skipped."""
-        reader = _Reader()
-        for term in sorted(terms):
-            reader.read(term)
-        return reader.beliefs()
-
-
-class _Reader:
-    """Sorts terms by their names."""
-
-    def __init__(self) -> None:
-        self._weights: Dict[int, int] = {}
-        self._causes: Dict[int, List[str]] = {}
-        self._certain: Set[str] = set()
-        self._observed: Dict[Observation, str] = {}
-        self._about: Dict[Observation, Tuple[str, str]] = {}
-        self._for: Dict[str, List[Observation]] = {}
-        self._against: Dict[str, List[Tuple[Observation, str]]] = {}
-        self._unexplained: List[Observation] = []
-        self._readers: Mapping[Tuple[str, int], Callable[..., Any]] = {
-            ("belief", 3): self._take_belief,
-            ("certain", 1): self._certain.add,
-            ("observes", 3): lambda of, what, moment: self._observed.setdefault(
-                _observation(of, moment), what
-            ),
-            ("is_about", 4): lambda of, moment, *whose: self._about.setdefault(
-                _observation(of, moment), whose
-            ),
-            ("speaks_for", 3): lambda cause, *which: self._for.setdefault(cause, []).append(
-                _observation(*which)
-            ),
-            ("speaks_against", 4): lambda cause, of, moment, what: self._against.setdefault(
-                cause, []
-            ).append((_observation(of, moment), what)),
-            ("unexplained", 2): lambda *which: self._unexplained.append(_observation(*which)),
-        }
-
-    def read(self, term: str) -> None:
-        name, arguments = split_term(term)
-        take = self._readers.get((name, len(arguments)))
-        if take is not None:
-            take(*arguments)
-
-    def _take_belief(self, place: str, weight: str, cause: str) -> None:
-        rank = number(place) or 0
-        self._weights[rank] = max(0, number(weight) or 0)  # messages have no lower one
-        self._causes.setdefault(rank, []).append(cause)
-
-    def beliefs(self) -> Beliefs:
-        return Beliefs(
-            tuple(
-                WeighedCauses(self._weights[rank], tuple(self._causes[rank]))
-                for rank in sorted(self._causes)
-            ),
-            frozenset(self._certain),
-            dict(sorted(self._observed.items(), key=lambda item: _place(item[0]))),
-            self._about,
+        said: Dict[str, List[List[str]]] = defaultdict(list)  # the arguments, by names
+        for name, arguments in map(split_term, sorted(terms)):
+            if _ARITIES.get(name) == len(arguments):
+                said[name].append(arguments)
+        weights: Dict[int, int] = {}
+        causes: Dict[int, List[str]] = defaultdict(list)
+        for place, weight, cause in said["belief"]:
+            rank = number(place) or 0
+            weights[rank] = max(0, number(weight) or 0)  # messages have no lower one
+            causes[rank].append(cause)
+        observed: Dict[Observation, str] = {}
+        for of, what, moment in said["observes"]:
+            observed.setdefault(_observation(of, moment), what)
+        about: Dict[Observation, Tuple[str, str]] = {}
+        for of, moment, actuator, action in said["is_about"]:
+            about.setdefault(_observation(of, moment), (actuator, action))
+        speaks_for: Dict[str, List[Observation]] = defaultdict(list)
+        for cause, *which in said["speaks_for"]:
+            speaks_for[cause].append(_observation(*which))
+        against: Dict[str, List[Tuple[Observation, str]]] = defaultdict(list)
+        for cause, of, moment, what in said["speaks_against"]:
+            against[cause].append((_observation(of, moment), what))
+        return cls(
+            tuple(WeighedCauses(weights[rank], tuple(causes[rank])) for rank in sorted(causes)),
+            frozenset(cause for (cause,) in said["certain"]),
+            dict(sorted(observed.items(), key=lambda item: _place(item[0]))),
+            about,
             {
                 cause: Evidence(
-                    tuple(sorted(self._for.get(cause, ()), key=_place)),
-                    tuple(sorted(self._against.get(cause, ()), key=lambda one: _place(one[0]))),
+                    tuple(sorted(speaks_for.get(cause, ()), key=_place)),
+                    tuple(sorted(against.get(cause, ()), key=lambda one: _place(one[0]))),
                 )
-                for cause in {**self._for, **self._against}
+                for cause in {**speaks_for, **against}
             },
-            tuple(sorted(self._unexplained, key=_place)),
+            tuple(sorted((_observation(*which) for which in said["unexplained"]), key=_place)),
         )
 
 

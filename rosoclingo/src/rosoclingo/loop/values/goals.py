@@ -91,19 +91,9 @@ class Goal(GoalState):
         self._lock = threading.Lock()
 
     @property
-    def address(self) -> str:
-        """The address by which another process finds the client after a crash."""
-        return self.client.address
-
-    @property
     def ended(self) -> bool:
         """Whether the goal has ended."""
         return self.status in TERMINAL_STATUSES
-
-    @property
-    def recalled(self) -> bool:
-        """Whether it was canceled before it had a slot."""
-        return self.reason == Reason.RECALLED
 
     def set_status(self, status: Status, reason: str = "") -> bool:
         """Sets the status.
@@ -323,7 +313,7 @@ class Goals:
             Whether it is up to the planner instead.
         """
         goal.recall()
-        self.some_ended |= goal.recalled
+        self.some_ended |= goal.reason == Reason.RECALLED
         return self.is_open(goal)
 
     def end(self, goal: Goal, status: Status, reason: str = "") -> None:

@@ -1,4 +1,4 @@
-"""Port for what a replay dictates besides inputs: how searches end, and how long actions take."""
+"""What a replay dictates besides inputs: how searches end, and how long actions take."""
 
 from __future__ import annotations
 
@@ -10,17 +10,37 @@ from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
 
 
 class Recorded:
-    """Outcomes that the loop has to repeat; this class has none, as a new run."""
+    """Outcomes of a recorded run, which the loop has to repeat; none in a new run. Thread-safe.
 
-    @property
-    def knows_searches(self) -> bool:
-        """Tells if all time-dependent searches have known outcomes, so that time ends none."""
-        return False
+    Attributes:
+        decision: How many decisions the replay has carried out; -1 before the first one.
+        knows_searches: Whether all time-dependent searches have known outcomes, so that time ends
+            none; not after :meth:`forget`.
+        knows_inputs: Whether all inputs are known, so that none follows from the time that passes;
+            likewise.
+    """
 
-    @property
-    def knows_inputs(self) -> bool:
-        """Tells if all inputs are known, so that none follows from the time that passes."""
-        return False
+    def __init__(
+        self,
+        searches: Sequence[Tuple[int, SearchEnded]] = (),
+        times: Optional[Mapping[int, float]] = None,
+        *,
+        knows_searches: bool = False,
+    ) -> None:
+        """Begins before the first decision.
+
+        Args:
+            searches: How searches end, each with the number of decisions before it.
+            times: How long actions took, in seconds, by the numbers of their tokens; None in a new
+                run.
+            knows_searches: Whether these are all searches whose outcome depends on time.
+        """
+        self.decision = -1
+        self.knows_searches = knows_searches
+        self.knows_inputs = times is not None
+        self._searches: Deque[Tuple[int, SearchEnded]] = deque(searches)
+        self._times = times
+        self._lock = threading.Lock()  # guards the searches
 
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
         """Returns how the next of these searches ends, and removes it.
@@ -32,7 +52,12 @@ class Recorded:
         Returns:
             None if the next one ends otherwise, or if there is none before the next decision.
         """
-        return None
+        with self._lock:
+            ended = self._next()
+            if ended is None or ended.how not in ways or ended.round != number:
+                return None
+            self._searches.popleft()
+            return ended
 
     def is_search_due(self, *, improves: bool) -> bool:
         """Tells if an outcome is recorded before the next decision; removes nothing.
@@ -40,7 +65,9 @@ class Recorded:
         Args:
             improves: Whether the next one is to be for a better plan, or for a plan.
         """
-        return False
+        with self._lock:
+            ended = self._next()
+            return ended is not None and improves == (ended.how in IMPROVING)
 
     def measured(self, number: int, seconds: float) -> Optional[float]:
         """Returns how long an action took; in a replay, how long the recorded one did.
@@ -52,70 +79,12 @@ class Recorded:
         Returns:
             None if nobody knows.
         """
-        return seconds
-
-
-class RecordedOutcomes(Recorded):
-    """Outcomes of a recorded run. Thread-safe.
-
-    Attributes:
-        decision: How many decisions the replay has carried out; -1 before the first one.
-    """
-
-    def __init__(
-        self,
-        searches: Sequence[Tuple[int, SearchEnded]],
-        times: Mapping[int, float],
-        *,
-        knows_searches: bool,
-    ) -> None:
-        """Begins before the first decision.
-
-        Args:
-            searches: How searches end, each with the number of decisions before it.
-            times: How long actions took, in seconds, by the numbers of their tokens.
-            knows_searches: Whether these are all searches whose outcome depends on time.
-        """
-        self.decision = -1
-        self._knows_inputs = True
-        self._searches: Deque[Tuple[int, SearchEnded]] = deque(searches)
-        self._times = times
-        self._knows_searches = knows_searches
-        self._lock = threading.Lock()  # guards the searches
-
-    @property
-    def knows_searches(self) -> bool:
-        """Tells if these are known; not after :meth:`forget`."""
-        return self._knows_searches
-
-    @property
-    def knows_inputs(self) -> bool:
-        """Tells if all inputs are known, likewise."""
-        return self._knows_inputs
-
-    def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
-        """Returns how the next of these searches ends, and removes it."""
-        with self._lock:
-            ended = self._next()
-            if ended is None or ended.how not in ways or ended.round != number:
-                return None
-            self._searches.popleft()
-            return ended
-
-    def is_search_due(self, *, improves: bool) -> bool:
-        """Tells if an outcome is recorded before the next decision; removes nothing."""
-        with self._lock:
-            ended = self._next()
-            return ended is not None and improves == (ended.how in IMPROVING)
-
-    def measured(self, number: int, seconds: float) -> Optional[float]:
-        """Returns how long the recorded action took."""
-        return self._times.get(number)
+        return seconds if self._times is None else self._times.get(number)
 
     def forget(self) -> None:
         """Has the loop go on by itself from now on, as the run is another one."""
         with self._lock:
-            self._knows_searches = self._knows_inputs = False
+            self.knows_searches = self.knows_inputs = False
             self._searches.clear()
 
     def _next(self) -> Optional[SearchEnded]:
