@@ -105,7 +105,7 @@ class Playback:
                 model.set_plan(entry.step, entry.horizon, atoms)
             else:
                 model.actuators.plan.step = entry.step
-        model.set_tokens(model.actuators.tokens())
+        model.actuators.set_tokens(model.actuators.tokens())
 
     def _decide(self, event: journal.ControlArrived, seconds: float) -> None:
         if event.control in _PAUSES:

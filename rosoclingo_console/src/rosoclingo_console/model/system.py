@@ -21,7 +21,7 @@ from rosoclingo_console.model.map import MapTable
 from rosoclingo_console.model.messages import MessageTable
 from rosoclingo_console.model.metrics import Counters, Sample, counted
 from rosoclingo_console.model.sentences import tell
-from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow
+from rosoclingo_console.model.values import OperatorDecisions, PlanAhead
 
 _MOST_LINES = 300  # of the journal
 _MOST_NEW_LINES = 50  # likewise, in one message to a page: nobody reads more
@@ -144,14 +144,6 @@ class SystemModel:
         """Takes a message of ``~plan``."""
         self.actuators.plan = PlanAhead.read(step, horizon, atoms)
         self._map.set_plan(atoms)
-
-    def set_tokens(self, tokens: Sequence[TokenRow], run: str = "") -> None:
-        """Takes a message of ``~dispatch``."""
-        self.actuators.set_tokens(tokens, run)
-
-    def set_progress(self, run: str, number: int, progress: float) -> None:
-        """Takes a message of ``~heartbeat``."""
-        self.actuators.set_progress(run, number, progress)
 
     def decide(self, decisions: OperatorDecisions, time: float) -> None:
         """Takes a message of ``~held``, which came at a time in seconds of wall time."""

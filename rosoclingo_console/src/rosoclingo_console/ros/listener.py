@@ -77,11 +77,11 @@ def _tokens(message: ROSoClingoDispatch) -> Heard:
         )
         for one in message.actions
     ]
-    return lambda model: model.set_tokens(tokens, message.run)
+    return lambda model: model.actuators.set_tokens(tokens, message.run)
 
 
 def _progress(message: ROSoClingoHeartbeat) -> Heard:
-    return lambda model: model.set_progress(message.run, message.number, message.progress)
+    return lambda model: model.actuators.set_progress(message.run, message.number, message.progress)
 
 
 def _decisions(message: ROSoClingoHeld) -> Heard:
