@@ -21,12 +21,13 @@ from rosoclingo.bags.errors import (
     NoSystemError,
     SeveralSystemsError,
 )
-from rosoclingo.bags.model import FeedbackLine, OperatorHold, Recording
+from rosoclingo.bags.model import FeedbackLine, Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.replay.startup import check
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, OLDER_MD5SUMS
 from rosoclingo.bags.wire import Message, rosbags_type
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop.journal import (
     CancelArrived,
     CommandDone,
@@ -92,8 +93,8 @@ def test_what_an_operator_held(tmp_path: Path) -> None:
     }  # fmt: skip
     maker = run().add("held", 0.25).add("held", 0.75, **held)
     assert read_recording(maker.write(tmp_path / "a.bag")).held == (
-        OperatorHold(0.25),
-        OperatorHold(0.75, True, ("lift",), ("do(robot,go(2))",), ("pause",)),
+        (0.25, OperatorDecisions()),
+        (0.75, OperatorDecisions(True, ("lift",), (("robot", "go(2)", "pause"),))),
     )
 
 

@@ -8,13 +8,14 @@ from typing import Any, Dict, List, Sequence
 import pytest
 
 from rosclingo.wire.commands import Result
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Event, NumberedRecord, Status
 from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.model.metrics import METRICS, exposition
 from rosoclingo_console.model.sentences import tell
 from rosoclingo_console.model.system import SystemModel
-from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow, read_quality
+from rosoclingo_console.model.values import PlanAhead, TokenRow, read_quality
 
 HOSTILE = '<img src=x onerror="alert(1)">\u202e\x00\ud800'
 

@@ -14,10 +14,11 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any, Deque, Dict, List, Mapping, Optional, Sequence, Tuple
 
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 from rosoclingo_console.model.board import Row
 from rosoclingo_console.model.metrics import OTHER
-from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow
+from rosoclingo_console.model.values import PlanAhead, TokenRow
 
 _MOST_BARS = 200  # actions that a chart shows
 _MOST_VALUES = 50  # different answers that are counted one by one

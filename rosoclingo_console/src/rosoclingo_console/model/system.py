@@ -10,7 +10,7 @@ from itertools import islice
 from typing import Any, Deque, Dict, List, Optional, Sequence
 
 from rosoclingo.completion.encoding import KnownEncoding
-from rosoclingo.drawing.holds import HoldHistory
+from rosoclingo.drawing.holds import HoldHistory, OperatorDecisions
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import NumberedRecord, Status
 from rosoclingo_console.model.actuators import ActuatorTable
@@ -21,7 +21,7 @@ from rosoclingo_console.model.map import MapTable
 from rosoclingo_console.model.messages import MessageTable
 from rosoclingo_console.model.metrics import Counters, Sample, counted
 from rosoclingo_console.model.sentences import tell
-from rosoclingo_console.model.values import OperatorDecisions, PlanAhead
+from rosoclingo_console.model.values import PlanAhead
 
 _MOST_LINES = 300  # of the journal
 _MOST_NEW_LINES = 50  # likewise, in one message to a page: nobody reads more
@@ -148,7 +148,7 @@ class SystemModel:
     def decide(self, decisions: OperatorDecisions, time: float) -> None:
         """Takes a message of ``~held``, which came at a time in seconds of wall time."""
         self.actuators.decisions = decisions
-        self._holds.add(time, decisions.paused, decisions.on_hold, decisions.held)
+        self._holds.add(time, decisions)
 
     def set_quality(self, quality: str) -> None:
         """Takes what the plan costs, in words."""

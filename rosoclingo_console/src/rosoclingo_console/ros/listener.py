@@ -9,6 +9,7 @@ import rospy
 from std_msgs.msg import String
 
 from rosclingo.ros.low_latency import subscriber
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop.journal import NumberedRecord, decode
 from rosoclingo.msg import (
     ROSoClingoActionFeedback,
@@ -19,7 +20,7 @@ from rosoclingo.msg import (
     ROSoClingoPlan,
     ROSoClingoToken,
 )
-from rosoclingo_console.model.values import OperatorDecisions, TokenRow, read_quality
+from rosoclingo_console.model.values import TokenRow, read_quality
 from rosoclingo_console.web.hub import Heard
 
 

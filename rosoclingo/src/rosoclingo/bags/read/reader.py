@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
 from rosoclingo.bags.errors import BagTypeError, NoSystemError, SeveralSystemsError
-from rosoclingo.bags.model import Entry, FeedbackLine, OperatorHold, Recording
+from rosoclingo.bags.model import Entry, FeedbackLine, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.records import Records
 from rosoclingo.bags.read.without_journal import TOPICS, Historian, TopicMessage
 from rosoclingo.bags.topics import LOOP_TYPES, owner
 from rosoclingo.bags.wire import Message, PublisherConnection
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.errors import LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import NodeResumed, decode
@@ -189,12 +190,11 @@ class _Reading:
         ]
         return tuple(Historian().entries(recorded))
 
-    def _read_held(self) -> Tuple[OperatorHold, ...]:
+    def _read_held(self) -> Tuple[Tuple[float, OperatorDecisions], ...]:
         return tuple(
-            OperatorHold(
+            (
                 (message.time - self._begin) * 1e-9,
-                bool(said.paused),
-                *(tuple(part) for part in (said.on_hold, said.held, said.reasons)),
+                OperatorDecisions.read(said.paused, said.on_hold, said.held, said.reasons),
             )
             for message, said in self._messages(f"{self._name}/held")
         )
