@@ -12,7 +12,7 @@ import pytest
 from bag_maker import BEGIN, Maker, run, source
 from rosbags.rosbag1 import Reader
 
-from rosoclingo.bags.errors import BagWriteError
+from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, loop_topics, solver_topics
@@ -22,13 +22,13 @@ from rosoclingo.bags.wire import Message
 def test_does_not_overwrite(tmp_path: Path) -> None:
     file = tmp_path / "a.bag"
     file.write_text("precious")
-    with pytest.raises(BagWriteError, match="not overwritten; give another name"):
+    with pytest.raises(BagError, match="not overwritten; give another name"):
         BagWriter(file)
     assert file.read_text() == "precious"
 
 
 def test_folder_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(BagWriteError, match="folder that exists"):
+    with pytest.raises(BagError, match="folder that exists"):
         BagWriter(tmp_path / "none" / "a.bag")
 
 
@@ -46,7 +46,7 @@ def test_full_disk(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "a.bag")
     for sender, seconds, content in run(events=200).messages:
         writer.write(Message(sender, BEGIN + round(seconds * 10**9), content))
-    with pytest.raises(BagWriteError, match=r"after 203 messages; make room on the disk"):
+    with pytest.raises(BagError, match=r"after 203 messages; make room on the disk"):
         writer.flush()
 
 

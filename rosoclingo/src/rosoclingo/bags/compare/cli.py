@@ -13,7 +13,7 @@ from typing import Callable, List, Optional, Sequence, Tuple
 from rosclingo.errors import RosclingoError
 from rosoclingo.bags.compare import junit, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level
-from rosoclingo.bags.errors import BagError, IncompleteBagError
+from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.text import say
@@ -97,18 +97,18 @@ def check(bag: Path, recording: Recording) -> None:
         recording: The recording.
 
     Raises:
-        IncompleteBagError: It has not; the message says what is missing and what to do.
+        BagError: It has not; the message says what is missing and what to do.
     """
     first = recording.entries[0].number if recording.entries else 1
     if first > 1:
-        raise IncompleteBagError(
+        raise BagError(
             f"{bag}: the first {first - 1} events of the run are missing; start record.py with "
             "the system (record:=FILE of the launch files)"
         )
     gaps = _gaps(recording.entries)
     if gaps:
         more = f" and {len(gaps) - _GAPS_SHOWN} more gaps" if len(gaps) > _GAPS_SHOWN else ""
-        raise IncompleteBagError(
+        raise BagError(
             f"{bag}: of the run's {recording.entries[-1].number} events are missing: "
             f"{', '.join(gaps[:_GAPS_SHOWN])}{more}; what happened then is not known: use an "
             "undamaged copy of the bag, or record again"

@@ -6,7 +6,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
-from rosoclingo.bags.errors import BagTypeError, NoSystemError, SeveralSystemsError
+from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Entry, FeedbackLine, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
@@ -70,7 +70,7 @@ class _Reading:
         for topic, number in sorted(self._lost.items()):
             self._remarks.append(f"{number} messages of {topic} are damaged and were left out")
         if not entries:
-            raise NoSystemError(
+            raise BagError(
                 f"{self._file}: the bag has topics of {self._name}, but no message that can be "
                 f"read{_because(self._remarks)}; record again while the system runs"
             )
@@ -95,18 +95,18 @@ class _Reading:
             if wanted in found:
                 return wanted
             there = f"; there are {', '.join(found)}" if found else ""
-            raise NoSystemError(f"{self._file}: the bag has no topics of {wanted}{there}")
+            raise BagError(f"{self._file}: the bag has no topics of {wanted}{there}")
         if not found:
             names = sorted({connection.topic for connection in self._connections})
             there = f"has only {', '.join(names[:5])}" if names else "has no topics"
             if len(names) > 5:
                 there += f" and {len(names) - 5} more"
-            raise NoSystemError(
+            raise BagError(
                 f"{self._file}: the bag {there}{_because(self._bag.remarks)}, nothing of "
                 "rosoclingo; record one with rosrun rosoclingo record.py"
             )
         if len(found) > 1:
-            raise SeveralSystemsError(
+            raise BagError(
                 f"{self._file}: the bag has several systems; choose one by its name: "
                 f"{', '.join(found)}"
             )
@@ -118,7 +118,7 @@ class _Reading:
         """Yields the messages of topics, decoded.
 
         Raises:
-            BagTypeError: Nothing of a topic that a run needs can be read because of its type.
+            BagError: Nothing of a topic that a run needs can be read because of its type.
         """
         for topic in topics:
             self._accept(topic)
@@ -141,7 +141,7 @@ class _Reading:
                 else:
                     reasons.append(reason)
         if reasons and name in _RUNS and not any(one.topic == topic for one in self._readable):
-            raise BagTypeError(
+            raise BagError(
                 f"{self._file}: {reasons[0]}; replay it with the version that recorded it, "
                 "or record again"
             )
