@@ -72,7 +72,9 @@ def run(
 
 
 def read(program: str, bag: Path, name: Optional[str]) -> Recording:
-    """Reads a recording to compare, and prints its faults.
+    """Reads a recording that has all events of its run, but for those after its end.
+
+    Prints the faults of the bag.
 
     Args:
         program: What messages begin with.
@@ -80,25 +82,11 @@ def read(program: str, bag: Path, name: Optional[str]) -> Recording:
         name: Which node's run.
 
     Raises:
-        BagError: It cannot be read, or not compared.
+        BagError: It cannot be read, or lacks events; the message says which, and what to do.
     """
     recording = read_recording(bag, name)
     for remark in recording.remarks:
         say(program, f"{bag}: {remark}")
-    check(bag, recording)
-    return recording
-
-
-def check(bag: Path, recording: Recording) -> None:
-    """Checks that a recording has all events of its run, but for those after its end.
-
-    Args:
-        bag: Where it was read from.
-        recording: The recording.
-
-    Raises:
-        BagError: It has not; the message says what is missing and what to do.
-    """
     first = recording.entries[0].number if recording.entries else 1
     if first > 1:
         raise BagError(
@@ -113,6 +101,7 @@ def check(bag: Path, recording: Recording) -> None:
             f"{', '.join(gaps[:_GAPS_SHOWN])}{more}; what happened then is not known: use an "
             "undamaged copy of the bag, or record again"
         )
+    return recording
 
 
 def tell(comparison: Comparison) -> None:

@@ -99,7 +99,7 @@ class Recorder:
         else:
             self._ending.clear()
 
-    def _subscribe(self, topics: Dict[str, str]) -> None:
+    def _subscribe(self, topics: List[str]) -> None:
         with self._lock:
             new = [topic for topic in topics if topic not in self._subscribed]
             self._subscribed.update(new)
