@@ -14,11 +14,11 @@ import lz4.frame
 import pytest
 from bag_maker import ROOT, data, run, source, texts
 
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read import decompress
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.topics import LOOP_TYPES
+from rosoclingo.errors import BagError
 
 MIB = 2**20
 MOST = 8  # MiB that a small bag may expand to here

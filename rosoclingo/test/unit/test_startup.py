@@ -13,11 +13,10 @@ from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosclingo.solver.programs import parse_files
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.replay.disk import from_disk, is_unchanged
 from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
-from rosoclingo.errors import LaunchedError
+from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.unpack import unpack
 from rosoclingo.loop.journal import LoopWaits

@@ -12,11 +12,11 @@ import pytest
 from bag_maker import BEGIN, Maker, run, source
 from rosbags.rosbag1 import Reader
 
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, loop_topics, solver_topics
 from rosoclingo.bags.wire import Message
+from rosoclingo.errors import BagError
 
 
 def test_does_not_overwrite(tmp_path: Path) -> None:

@@ -10,9 +10,9 @@ from typing import NoReturn, Optional, Sequence, Tuple
 from rosoclingo.bags.compare import cli, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level, compare
 from rosoclingo.bags.compare.junit import Suite
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.text import say
+from rosoclingo.errors import BagError
 
 _PROGRAM = "compare"
 

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 from rosclingo.wire.characters import carried
 from rosoclingo.bags.compare.comparison import Comparison
 from rosoclingo.bags.compare.text_report import describe, describe_goal
-from rosoclingo.bags.errors import BagError
+from rosoclingo.errors import BagError
 
 
 class Suite(NamedTuple):

@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 from typing import Callable
 
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.decompress import ExpansionError
 from rosoclingo.bags.read.records import Records
 from rosoclingo.bags.wire import PublisherConnection
+from rosoclingo.errors import BagError
 
 _MAGIC = re.compile(rb"#ROSBAG V(\d+)\.(\d+)\r?\n")
 _LONGEST_MAGIC = 32  # bytes

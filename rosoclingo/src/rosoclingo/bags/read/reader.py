@@ -6,7 +6,6 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Entry, FeedbackLine, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
@@ -15,7 +14,7 @@ from rosoclingo.bags.read.without_journal import TOPICS, Historian, TopicMessage
 from rosoclingo.bags.topics import LOOP_TYPES, owner
 from rosoclingo.bags.wire import Message, PublisherConnection
 from rosoclingo.drawing.holds import OperatorDecisions
-from rosoclingo.errors import LaunchedError
+from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import NodeResumed, decode
 

@@ -12,8 +12,8 @@ from rosbags.rosbag1 import Writer
 from rosbags.rosbag1.writer import WriterError
 
 from rosclingo.free_file import refusal
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
+from rosoclingo.errors import BagError
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _HEADER = 4096  # bytes of the header and its padding, without their two lengths

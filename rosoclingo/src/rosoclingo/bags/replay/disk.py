@@ -9,7 +9,7 @@ from typing import Iterator, List
 
 import rospkg
 
-from rosoclingo.bags.errors import BagError
+from rosoclingo.errors import BagError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.unpack import find, with_files
 

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.solver import lexical
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.replay.disk import from_disk, is_unchanged
 from rosoclingo.bags.topics import NODE
-from rosoclingo.errors import LaunchedError
+from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import LOOP_NODE, SINGLE_NODE, SOLVER_NODE, Launched
 from rosoclingo.launched.unpack import unpack
 

@@ -13,7 +13,6 @@ import rospy
 from rosclingo.ros.local_master import LocalMaster
 from rosclingo.ros.patches import init_patched_node
 from rosoclingo.bags.compare.comparison import Stall
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
@@ -22,6 +21,7 @@ from rosoclingo.bags.replay.replays import ExactReplay, FreeReplay, Replay
 from rosoclingo.bags.replay.startup import Start
 from rosoclingo.bags.ros.connection import Connection
 from rosoclingo.bags.ros.replay_nodes import ReplayNodes
+from rosoclingo.errors import BagError
 from rosoclingo.loop import journal
 
 # Searches are long, and what they have found is seen from what follows.

@@ -8,10 +8,10 @@ from typing import Optional, Sequence
 import rospy
 
 from rosclingo.ros.local_master import LocalMaster, executable
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.replay.input_schedule import rest
 from rosoclingo.bags.replay.startup import SOLVERS, Start
 from rosoclingo.bags.ros.connection import Connection
+from rosoclingo.errors import BagError
 from rosoclingo.loop import journal
 from rosoclingo.loop.inputs import replay_inbox
 from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledInput, ScheduledKind
