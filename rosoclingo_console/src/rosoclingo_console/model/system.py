@@ -128,17 +128,14 @@ class SystemModel:
         elif isinstance(event, journal.MessageDropped):
             self.messages.drop(event.reason, round(time, _DIGITS))
         elif isinstance(event, journal.CommandDone):
-            self._follow_command(event)
+            if event.resets:
+                self.actuators.forget_steps()
+            elif event.name == "assign_messages":
+                self.messages.tell()
         elif isinstance(event, journal.BeliefsChanged):
             self._beliefs.change(event.terms, round(time, _DIGITS), record.step)
         elif isinstance(event, journal.LoopEnded):
             self._ended = str(event.reason)
-
-    def _follow_command(self, command: journal.CommandDone) -> None:
-        if command.resets:
-            self.actuators.forget_steps()
-        elif command.name == "assign_messages":
-            self.messages.tell()
 
     def set_plan(self, step: int, horizon: int, atoms: Sequence[str]) -> None:
         """Takes a message of ``~plan``."""

@@ -11,7 +11,7 @@ from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.values.ids import split_event
 
 _LONGEST = 10_000  # characters of a text
-_CONTROLS = f"control: expected {', '.join(one for one in Control if one != Control.RETRY)}"
+_CONTROLS = {one.value: one for one in Control if one is not Control.RETRY}  # the loop says that
 _LARGEST = 1e9  # number
 _MOST = 100  # texts of a list
 
@@ -156,12 +156,9 @@ class Body:
 
 def _control(body: Body) -> Call:
     system, actuator, action = body.system, body.text("actuator"), body.text("action")
-    try:
-        control = Control(body.text("control"))
-    except ValueError as err:
-        raise RequestError(_CONTROLS) from err
-    if control is Control.RETRY:  # which the loop says itself
-        raise RequestError(_CONTROLS)
+    control = _CONTROLS.get(body.text("control"))
+    if control is None:
+        raise RequestError(f"control: expected {', '.join(_CONTROLS)}")
     return lambda operations: operations.control(system, control, actuator, action)
 
 
