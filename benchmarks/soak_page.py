@@ -14,8 +14,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 import rosoclingo.bags.report
+from rosoclingo.drawing import SHARED_FILES
 from rosoclingo.drawing.canvas import plain
-from rosoclingo.drawing.page_files import SHARED_FILES
 from soak_records import Incident, Violation
 from soak_trends import Sample, Trend
 from soak_watch import SoakWatch

@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 from fuzzing import Door
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.record.writer import COMPRESSIONS
-from rosoclingo.errors import LaunchedError
+from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.declarations import check_declarations

@@ -29,7 +29,7 @@ FLOORS = {
         "loop.mode", "loop.execution", "loop",
         "drawing", "commands", "single", "store",
         "why", "bags.text", "ros",  # below the other bags: no live node imports a replay
-        "bags.errors", "bags.wire", "bags.topics", "bags.model",
+        "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.ros", "bags.report",
         "profile", "desk", "scaffold", "check", "completion", "pddl",
     ],

@@ -37,6 +37,10 @@ class DamagedStoreError(StoreError):
     """A store and its log are not whole, or do not belong together."""
 
 
+class BagError(RosclingoError):
+    """A bag cannot be read, written, compared or replayed; the message says why and what to do."""
+
+
 class LiveError(RosclingoError):
     """There is no running system to look at."""
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from terminals import Terminals, terminals, wait_for
 
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.errors import BagError
 
 __all__ = ["terminals"]
 

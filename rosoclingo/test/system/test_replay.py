@@ -20,9 +20,9 @@ from readmes import ROOT, check_output
 from rosbags.rosbag1 import Reader, Writer
 from terminals import Terminal, Terminals, package, terminals, wait_for
 
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.topics import LOOP_TYPES
+from rosoclingo.errors import BagError
 from rosoclingo.loop.journal import (
     ActionPublished,
     ActionRetried,

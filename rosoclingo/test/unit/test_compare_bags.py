@@ -202,7 +202,7 @@ def test_a_bag_without_a_journal_has_no_gaps(bags: List[Path]) -> None:
     old.add("out", 0.5, id="robot", action="go(3)").add("in", 0.6, id="robot", value="success")
     old.add("result", 0.8, status={"goal_id": goal, "status": 3})
     file = old.write(bags[0].with_name("old.bag"))
-    cli.check(file, read_recording(file))
+    assert not cli.read("compare", file, None).has_journal
     for pair in ((file, file), (file, bags[0]), (bags[0], file)):
         assert compare(*pair) == 0, pair
     assert compare(bags[2], file) == compare(file, bags[2]) == 1

@@ -15,12 +15,13 @@ from bag_maker import Maker, run_without, source
 from journals import Journal, long_journal
 from matplotlib.figure import Figure
 
-from rosoclingo.bags.model import OperatorHold, Recording
+from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.command import main
 from rosoclingo.bags.report.page import data, render
 from rosoclingo.bags.report.picture import draw, label
 from rosoclingo.bags.report.rows import COLOURS
 from rosoclingo.bags.report.statistics import compute
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.launched.about import Launched
 
 HOSTILE = "</script><img src=x onerror=alert(1)><!--<script>&lt;\u2028'\"@SCRIPT@"
@@ -231,12 +232,12 @@ def test_restarts_are_marked(tmp_path: Path) -> None:
 def test_what_an_operator_held_is_a_lane(tmp_path: Path) -> None:
     journal = Journal().action("r", "a").message("r", "success").action("r", "b")
     held = (
-        OperatorHold(-1.0),
-        OperatorHold(0.5, True, ("r",)),
-        OperatorHold(1.0, True, ("r",), ("do(r,b)",), ("pause",)),
-        OperatorHold(1.5, False, (), ("do(r,b)", "nonsense"), ("approval", "approval")),
-        OperatorHold(2.0),
-        OperatorHold(2.5, on_hold=(HOSTILE,)),
+        (-1.0, OperatorDecisions()),
+        (0.5, OperatorDecisions(True, ("r",))),
+        (1.0, OperatorDecisions(True, ("r",), (("r", "b", "pause"),))),
+        (1.5, OperatorDecisions.read(False, (), ("do(r,b)", "nonsense"), ("approval",) * 2)),
+        (2.0, OperatorDecisions()),
+        (2.5, OperatorDecisions(on_hold=(HOSTILE,))),
     )
     recording = replace(journal.recording(), held=held)
     found = Page(page_of(recording)).data

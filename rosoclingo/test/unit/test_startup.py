@@ -13,11 +13,10 @@ from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosclingo.solver.programs import parse_files
-from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.replay.disk import from_disk, is_unchanged
 from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
-from rosoclingo.errors import LaunchedError
+from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.unpack import unpack
 from rosoclingo.loop.journal import LoopWaits
@@ -127,21 +126,21 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     message = r"/planner/about does not have the file other\.lp of its command line"
     with pytest.raises(LaunchedError, match=message):
         unpack(program(["-f", "other.lp"]), tmp_path)
-    with pytest.raises(ReplayError, match=f"{message}; give its command line: --planner"):
+    with pytest.raises(BagError, match=f"{message}; give its command line: --planner"):
         starts(recording(planner=program(["-f", "other.lp"])), tmp_path)
 
 
 @pytest.mark.parametrize("option", ["-f", "--const"])
 def test_an_option_of_the_bag_without_its_value(tmp_path: Path, option: str) -> None:
     message = f"command line of /planner is wrong: option {option} needs a value"
-    with pytest.raises(ReplayError, match=message):
+    with pytest.raises(BagError, match=message):
         starts(recording(planner=program(["-f", "task.lp", option])), tmp_path)
 
 
 def test_files_from_disk(tmp_path: Path) -> None:
     file = tmp_path / "task.lp"
     recorded = program(["-f", "task", "-t", "2"], {str(file): "old."})
-    with pytest.raises(ReplayError, match="is not there any more"):
+    with pytest.raises(BagError, match="is not there any more"):
         from_disk(recorded)
     file.touch()
     assert from_disk(recorded) == ["-f", str(file), "-t", "2"]
@@ -257,7 +256,7 @@ def test_a_store_of_the_replay(tmp_path: Path) -> None:
     for changes in ({}, {"single": "-f a.lp"}):
         loop = starts(recording(), tmp_path, store=store, **changes)[0]
         assert f"_store:={store}" in loop.command
-    with pytest.raises(ReplayError, match="--kill needs nodes that replay"):
+    with pytest.raises(BagError, match="--kill needs nodes that replay"):
         starts(recording(), tmp_path, store=store, system="a b")
 
 
@@ -268,7 +267,7 @@ def test_a_store_of_the_replay(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_a_wrong_parameter_in_a_bag(tmp_path: Path, wrong: Dict[str, Any]) -> None:
     (name,) = wrong
-    with pytest.raises(ReplayError, match=f"wrong value of the parameter {name} of /rosoclingo"):
+    with pytest.raises(BagError, match=f"wrong value of the parameter {name} of /rosoclingo"):
         starts(deciding(recording(), **wrong), tmp_path)
 
 
@@ -286,7 +285,7 @@ def test_what_does_not_fit(tmp_path: Path) -> None:
         (recording(), {"system": "a b", "planner": "-f a"}, "--system starts everything"),
         (recording(planner=program([], node="/other")), nothing, "the planner, /planner"),
     ):
-        with pytest.raises(ReplayError, match=text):
+        with pytest.raises(BagError, match=text):
             starts(of, tmp_path, **changes)
     assert commands(one_node, tmp_path)["rosoclingo"][2] == "run-1.0.py"
 
@@ -294,7 +293,7 @@ def test_what_does_not_fit(tmp_path: Path) -> None:
 @pytest.mark.parametrize("argument", ["__log:=/tmp/elsewhere", "__name:=other", "_x:=1"])
 def test_a_bag_that_renames_nodes_is_refused(tmp_path: Path, argument: str) -> None:
     hostile = recording(planner=program(["-f", "task.lp", argument]))
-    with pytest.raises(ReplayError, match=f"argument '{argument}' of /planner"):
+    with pytest.raises(BagError, match=f"argument '{argument}' of /planner"):
         starts(hostile, tmp_path)
 
 
@@ -304,12 +303,12 @@ def test_scripts_of_a_bag_have_to_be_allowed() -> None:
     hostile = recording(planner=program(["-f", "task.lp"], {"/home/me/ws/task.lp": text}))
     hostile = dataclasses.replace(hostile, entries=entries)
     check(Path("a.bag"), hostile, allow_scripts=True)
-    with pytest.raises(ReplayError, match=r"task\.lp has a #script block.*--allow-scripts"):
+    with pytest.raises(BagError, match=r"task\.lp has a #script block.*--allow-scripts"):
         check(Path("a.bag"), hostile, allow_scripts=False)
 
 
 @pytest.mark.parametrize("name", ["/a b", "/..", "", "/1x", "x"])
 def test_a_node_whose_name_is_none_is_refused(name: str) -> None:
     odd = dataclasses.replace(recording(), name=name, entries=(Entry(LoopWaits()),))
-    with pytest.raises(ReplayError, match="is no name of a node"):
+    with pytest.raises(BagError, match="is no name of a node"):
         check(Path("a.bag"), odd, allow_scripts=False)

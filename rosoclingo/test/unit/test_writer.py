@@ -12,23 +12,23 @@ import pytest
 from bag_maker import BEGIN, Maker, run, source
 from rosbags.rosbag1 import Reader
 
-from rosoclingo.bags.errors import BagWriteError
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, loop_topics, solver_topics
 from rosoclingo.bags.wire import Message
+from rosoclingo.errors import BagError
 
 
 def test_does_not_overwrite(tmp_path: Path) -> None:
     file = tmp_path / "a.bag"
     file.write_text("precious")
-    with pytest.raises(BagWriteError, match="not overwritten; give another name"):
+    with pytest.raises(BagError, match="not overwritten; give another name"):
         BagWriter(file)
     assert file.read_text() == "precious"
 
 
 def test_folder_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(BagWriteError, match="folder that exists"):
+    with pytest.raises(BagError, match="folder that exists"):
         BagWriter(tmp_path / "none" / "a.bag")
 
 
@@ -46,7 +46,7 @@ def test_full_disk(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "a.bag")
     for sender, seconds, content in run(events=200).messages:
         writer.write(Message(sender, BEGIN + round(seconds * 10**9), content))
-    with pytest.raises(BagWriteError, match=r"after 203 messages; make room on the disk"):
+    with pytest.raises(BagError, match=r"after 203 messages; make room on the disk"):
         writer.flush()
 
 
@@ -91,10 +91,10 @@ def test_keeps_what_the_connections_say(tmp_path: Path) -> None:
 
 
 def test_topics() -> None:
-    assert loop_topics("/a/rosoclingo")["/a/rosoclingo/in"] == "rosoclingo/ROSoClingoIn"
+    assert "/a/rosoclingo/in" in loop_topics("/a/rosoclingo")
     topics = solver_topics(["/a/c", "/a/p"])
     assert "/a/c/control_log" in topics
     assert "/a/p/result" in topics
     assert not any(topic.endswith("/status") for topic in topics)
     for name in ("/a b", "a", "", "/", "/a/", "//a", "/1", "/\x01", "/\u00e9", "\udc80", "/a\n"):
-        assert solver_topics([name]) == {}
+        assert solver_topics([name]) == []

@@ -15,10 +15,10 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from rosoclingo.bags.model import OperatorHold
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.report.page import render
 from rosoclingo.bags.report.statistics import compute
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop.journal import BeliefsChanged
 
 BAG = Path(__file__).resolve().parents[3] / "test" / "bags" / "mailbot_dynamic_reset.bag"
@@ -32,7 +32,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def link(tmp_path_factory: pytest.TempPathFactory) -> str:
-    held = (OperatorHold(0.2, True), OperatorHold(0.4))
+    held = ((0.2, OperatorDecisions(True)), (0.4, OperatorDecisions()))
     recording = read_recording(BAG)
     belief = BeliefsChanged(("belief(1,2,shut)",))
     believed = replace(recording.entries[-1], event=belief, seconds=0.5)

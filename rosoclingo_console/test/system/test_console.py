@@ -17,9 +17,9 @@ import aiohttp
 import pytest
 from terminals import Terminal, Terminals, package, terminals, wait_for
 
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.errors import BagError
 
 __all__ = ["terminals"]
 

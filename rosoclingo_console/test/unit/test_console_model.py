@@ -8,13 +8,14 @@ from typing import Any, Dict, List, Sequence
 import pytest
 
 from rosclingo.wire.commands import Result
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Event, NumberedRecord, Status
 from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.model.metrics import METRICS, exposition
 from rosoclingo_console.model.sentences import tell
 from rosoclingo_console.model.system import SystemModel
-from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow, read_quality
+from rosoclingo_console.model.values import PlanAhead, TokenRow, read_quality
 
 HOSTILE = '<img src=x onerror="alert(1)">\u202e\x00\ud800'
 
@@ -122,16 +123,16 @@ def test_of_many_goals_that_wait_the_first_are_shown() -> None:
 
 def test_progress_of_what_is_executed() -> None:
     run = Run()
-    run.model.set_progress("a", 7, 0.1)  # of which nothing is known yet
-    run.model.set_tokens([act("r", "go(2)")], "a")
+    run.model.actuators.set_progress("a", 7, 0.1)  # of which nothing is known yet
+    run.model.actuators.set_tokens([act("r", "go(2)")], "a")
     assert run.row("actuators", "r")["progress"] is None
-    run.model.set_progress("b", 7, 0.5)  # of an earlier run
-    run.model.set_progress("a", 7, 0.257)
+    run.model.actuators.set_progress("b", 7, 0.5)  # of an earlier run
+    run.model.actuators.set_progress("a", 7, 0.257)
     assert run.row("actuators", "r")["progress"] == 0.26
     for no_progress in (-1.0, 1.5, float("nan"), float("inf")):
-        run.model.set_progress("a", 7, no_progress)
+        run.model.actuators.set_progress("a", 7, no_progress)
     assert run.row("actuators", "r")["progress"] == 0.26
-    run.model.set_tokens([TokenRow(8, 2, "r", "go(3)", True, False)], "a")
+    run.model.actuators.set_tokens([TokenRow(8, 2, "r", "go(3)", True, False)], "a")
     assert run.row("actuators", "r")["progress"] is None
 
 
@@ -155,7 +156,7 @@ def test_what_an_actuator_waits_for(
 ) -> None:
     run = Run()
     run.model.set_plan(1, 3, ["do(r,go(2),1)", "do(r,go(3),2)"])
-    run.model.set_tokens(tokens)
+    run.model.actuators.set_tokens(tokens)
     run.model.decide(decisions, run.time)
     row = run.row("actuators", "r")
     assert row["state"] == state
@@ -164,7 +165,7 @@ def test_what_an_actuator_waits_for(
 
 def test_an_actuator_without_a_next_action() -> None:
     run = Run()
-    run.model.set_tokens([TokenRow(7, 1, "r", "go(2)", False, False)])
+    run.model.actuators.set_tokens([TokenRow(7, 1, "r", "go(2)", False, False)])
     run.hear(journal.CommandDone("solve", Result.UNSAT))
     assert run.row("actuators", "r")["state"] == "plan"
     run.hear(journal.LoopWaits())
@@ -182,7 +183,7 @@ def test_how_far_the_actions_of_a_plan_are() -> None:
     run = Run()
     run.hear(journal.ActionPublished("r", "go(2)"), journal.ActionPublished("s", "go(4)"), step=1)
     run.hear(journal.MessageArrived("s", "success"), step=1)
-    run.model.set_tokens([act("r", "go(2)")])
+    run.model.actuators.set_tokens([act("r", "go(2)")])
     atoms = ["do(s,go(4),1)", "do(r,go(2),1)", "do(t,give,1)", "do(r,go(3),2)", "do(s,go(4),2)"]
     run.model.set_plan(1, 2, atoms)
     decisions = OperatorDecisions.read(False, [], ["do(t,give)"], ["approval"])
@@ -370,7 +371,7 @@ def test_hostile_words_are_words() -> None:
     run = Run()
     run.hear(*ALL_EVENTS)
     run.model.set_plan(1, 2, [HOSTILE, f"do({HOSTILE},{HOSTILE},1)", "do(", "expected(1)", ""])
-    run.model.set_tokens([act(HOSTILE, HOSTILE)])
+    run.model.actuators.set_tokens([act(HOSTILE, HOSTILE)])
     run.model.decide(
         OperatorDecisions.read(True, [HOSTILE], [HOSTILE, "do(a,b)"], [HOSTILE, HOSTILE]), run.time
     )
@@ -393,7 +394,7 @@ def test_metrics() -> None:
     run.hear(journal.StatusSet("g", Status.SUCCEEDED), step=3)
     run.hear(journal.ActionPublished("r", "go"), journal.MessageArrived("r", 'a"b'), step=3)
     run.hear(journal.CommandDone("solve", Result.SAT, 0.5), journal.CommandDone("idle"), step=3)
-    run.model.set_tokens([act("r", "go")])
+    run.model.actuators.set_tokens([act("r", "go")])
     text = exposition({"/r": run.model.samples()})
     for line in (
         'rosoclingo_up{system="/r"} 1',

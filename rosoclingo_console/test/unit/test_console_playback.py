@@ -9,8 +9,9 @@ from typing import Any, Dict
 import pytest
 from console_server import run, until
 
-from rosoclingo.bags.model import Entry, FeedbackLine, OperatorHold, Recording
+from rosoclingo.bags.model import Entry, FeedbackLine, Recording
 from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control
 from rosoclingo.loop.quality import Quality
@@ -81,10 +82,10 @@ def test_what_an_operator_held() -> None:
         journal.ControlArrived(Control.PAUSE),
         journal.ActionPublished("robot", "go(2)"),
         held=(
-            OperatorHold(0.5),
-            OperatorHold(1.25, held=("do(robot,go(2))",), reasons=("approval",)),
-            OperatorHold(1.75, True, ("lift",), ("do(robot,go(2))",), ("pause",)),
-            OperatorHold(2.5),
+            (0.5, OperatorDecisions()),
+            (1.25, OperatorDecisions(held=(("robot", "go(2)", "approval"),))),
+            (1.75, OperatorDecisions(True, ("lift",), (("robot", "go(2)", "pause"),))),
+            (2.5, OperatorDecisions()),
         ),
     )
 

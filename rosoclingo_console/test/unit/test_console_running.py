@@ -7,6 +7,7 @@ import gc
 import gzip
 import http.client
 import socket
+import threading
 import tracemalloc
 from typing import Iterator
 
@@ -40,7 +41,7 @@ def web(port: int = 0) -> Iterator[int]:
     finally:
         thread.close()
         thread.close()
-        assert not thread.is_alive()
+        assert all(one.name != "web" for one in threading.enumerate())
 
 
 def connect(port: int) -> socket.socket:

@@ -12,10 +12,10 @@ import pytest
 from terminals import Terminals, package, terminals, wait_for
 from typist import pipe
 
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.topics import loop_topics
+from rosoclingo.errors import BagError
 from rosoclingo.loop.journal import (
     ActionPublished,
     GoalArrived,

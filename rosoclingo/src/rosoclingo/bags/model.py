@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Mapping, Tuple
 
-from rosoclingo.drawing.holds import HoldHistory, HoldSpan, read_held
+from rosoclingo.drawing.holds import HoldHistory, HoldSpan, OperatorDecisions
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import Record
 
@@ -22,25 +22,6 @@ class Entry(Record):
 
     number: int = 1
     seconds: float = 0.0
-
-
-@dataclass(frozen=True)
-class OperatorHold:
-    """A message of ``~held``: pause, actuators and actions that an operator held from then on.
-
-    Attributes:
-        seconds: When it was recorded, by the recorder's clock, since the recording began.
-        is_paused: Whether the run was paused.
-        on_hold: The actuators that were on hold.
-        held: The actions that were held, as ``do(Actuator,Action)``.
-        reasons: Why each of them was.
-    """
-
-    seconds: float
-    is_paused: bool = False
-    on_hold: Tuple[str, ...] = ()
-    held: Tuple[str, ...] = ()
-    reasons: Tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -70,7 +51,8 @@ class Recording:
         size: Size of the bag in bytes.
         has_journal: Whether the bag has the journal itself; otherwise the entries were made from
             what the bag has of the node's other topics.
-        held: The messages of ``~held``, in order; empty in a bag from before that was recorded.
+        held: The messages of ``~held``, in order, each with when it was recorded, in seconds since
+            the recording began; empty in a bag from before that was recorded.
         feedback: Goals' feedback, in order; empty if it was not to be read.
     """
 
@@ -80,14 +62,13 @@ class Recording:
     remarks: Tuple[str, ...] = ()
     size: int = 0
     has_journal: bool = True
-    held: Tuple[OperatorHold, ...] = ()
+    held: Tuple[Tuple[float, OperatorDecisions], ...] = ()
     feedback: Tuple[FeedbackLine, ...] = ()
 
     @property
     def hold_spans(self) -> Tuple[HoldSpan, ...]:
         """The time spans in which an operator held something."""
         history = HoldHistory()
-        for one in self.held:
-            held = read_held(one.held, one.reasons)
-            history.add(one.seconds, one.is_paused, one.on_hold, held)
+        for seconds, decisions in self.held:
+            history.add(seconds, decisions)
         return tuple(history.spans)

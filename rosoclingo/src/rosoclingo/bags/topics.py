@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Dict, Iterable, Mapping, Tuple
+from typing import Iterable, List, Mapping, Tuple
 
 NODE = re.compile(r"(/[A-Za-z]\w*)+", re.ASCII)
 """A resolved name of a node."""
@@ -62,28 +62,23 @@ SOLVER_TYPES: Mapping[str, str] = {
 """The topics below a solver node; its status list comes often and says nothing more."""
 
 
-def loop_topics(name: str) -> Dict[str, str]:
-    """Returns the topics of the node with the planning loop, with their types.
+def loop_topics(name: str) -> List[str]:
+    """Returns the topics of the node with the planning loop.
 
     Args:
         name: Resolved name of the node, such as ``/rosoclingo``.
     """
-    return {f"{name}/{topic}": kind for topic, kind in LOOP_TYPES.items()}
+    return [f"{name}/{topic}" for topic in LOOP_TYPES]
 
 
-def solver_topics(names: Iterable[str]) -> Dict[str, str]:
-    """Returns the topics of the solver nodes that a planning loop uses, with their types.
+def solver_topics(names: Iterable[str]) -> List[str]:
+    """Returns the topics of the solver nodes that a planning loop uses.
 
     Args:
         names: The solvers' names. What is no name of a node is left out: a recorder that subscribes
             to it waits for the master for ever.
     """
-    return {
-        f"{node}/{topic}": kind
-        for node in names
-        if NODE.fullmatch(node)
-        for topic, kind in SOLVER_TYPES.items()
-    }
+    return [f"{node}/{topic}" for node in names if NODE.fullmatch(node) for topic in SOLVER_TYPES]
 
 
 def resolved(topic: str) -> str:

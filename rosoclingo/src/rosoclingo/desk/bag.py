@@ -44,7 +44,7 @@ def write_bag(
             as it is by default.
 
     Raises:
-        BagWriteError: The file exists or cannot be made.
+        BagError: The file exists or cannot be made.
     """
     begin = time.time_ns() - round(system.clock * _NS)
     names = {role: f"/{role}" for role in solvers}

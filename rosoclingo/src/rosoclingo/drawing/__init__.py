@@ -3,3 +3,8 @@
 Its folder ``page/`` has the scripts by which the pages of report.py and console.py draw time lines;
 :mod:`.holds` makes bars for them of what an operator held.
 """
+
+from pathlib import Path
+
+SHARED_FILES = Path(__file__).resolve().parent / "page"
+"""The folder with the scripts and styles that the pages share, as ES modules."""

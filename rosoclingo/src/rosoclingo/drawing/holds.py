@@ -1,8 +1,8 @@
 """Time spans in which an operator held something, from the messages of ``~held``.
 
 >>> history = HoldHistory()
->>> history.add(1.0, True, ["robot"], [])
->>> history.add(3.5, False, [], [("robot", "go(2)", "approval")])
+>>> history.add(1.0, OperatorDecisions.read(True, ["robot"], [], []))
+>>> history.add(3.5, OperatorDecisions.read(False, [], ["do(robot,go(2))"], ["approval"]))
 >>> [(one.began, one.ended, one.kind, one.name) for one in history.spans]
 [(1.0, 3.5, 'hold', 'paused, robot on hold'), (3.5, None, 'approval', 'robot: go(2) for approval')]
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, replace
-from typing import Deque, Iterable, Optional, Sequence, Tuple
+from typing import Deque, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import split_term
 
@@ -19,6 +19,33 @@ HOLD, APPROVAL = "hold", "approval"
 
 HeldRow = Tuple[str, str, str]
 """An actuator, its action, and why that is held: ``approval``, ``hold``, ``pause`` or ``retry``."""
+
+
+@dataclass(frozen=True)
+class OperatorDecisions:
+    """Decisions of an operator, and the actions that wait for one, from ``~held``.
+
+    Attributes:
+        paused: Whether no action begins.
+        on_hold: Of which actuators none does.
+        held: Each action that is held, with its actuator and why.
+    """
+
+    paused: bool = False
+    on_hold: Tuple[str, ...] = ()
+    held: Tuple[HeldRow, ...] = ()
+
+    @classmethod
+    def read(
+        cls, paused: bool, on_hold: Sequence[str], held: Sequence[str], reasons: Sequence[str]
+    ) -> OperatorDecisions:
+        """Reads the fields of a ``ROSoClingoHeld``; an atom that is none is skipped."""
+        found = []
+        for atom, reason in zip(held, reasons):
+            name, arguments = split_term(atom)
+            if name == "do" and len(arguments) == 2:
+                found.append((arguments[0], arguments[1], reason))
+        return cls(bool(paused), tuple(on_hold), tuple(found))
 
 
 @dataclass(frozen=True)
@@ -50,19 +77,12 @@ class HoldHistory:
         """
         self.spans: Deque[HoldSpan] = deque(maxlen=most)
 
-    def add(
-        self, seconds: float, is_paused: bool, on_hold: Sequence[str], held: Iterable[HeldRow]
-    ) -> None:
-        """Adds a message of ``~held``.
-
-        Args:
-            seconds: When it came.
-            is_paused: Whether the run is paused.
-            on_hold: The actuators that are on hold.
-            held: The actions that are held.
-        """
-        stops = ["paused"] * is_paused + [f"{name} on hold" for name in on_hold]
-        waits = [f"{who}: {what} for approval" for who, what, why in held if why == APPROVAL]
+    def add(self, seconds: float, decisions: OperatorDecisions) -> None:
+        """Adds a message of ``~held``, which came at a time in seconds."""
+        stops = ["paused"] * decisions.paused + [f"{name} on hold" for name in decisions.on_hold]
+        waits = [
+            f"{who}: {what} for approval" for who, what, why in decisions.held if why == APPROVAL
+        ]
         kind, name = HOLD if stops else APPROVAL, ", ".join((*stops, *waits))
         last = self.spans[-1] if self.spans else None
         if last is not None and last.ended is None:
@@ -71,13 +91,3 @@ class HoldHistory:
             self.spans[-1] = replace(last, ended=max(seconds, last.began))
         if name:
             self.spans.append(HoldSpan(seconds, None, kind, name))
-
-
-def read_held(held: Sequence[str], reasons: Sequence[str]) -> Tuple[HeldRow, ...]:
-    """Reads the actions of a message of ``~held``; an atom that is none is skipped."""
-    found = []
-    for atom, reason in zip(held, reasons):
-        name, arguments = split_term(atom)
-        if name == "do" and len(arguments) == 2:
-            found.append((arguments[0], arguments[1], reason))
-    return tuple(found)

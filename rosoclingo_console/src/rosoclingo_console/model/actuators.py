@@ -3,7 +3,6 @@
 >>> table = ActuatorTable()
 >>> table.begin("robot", "go(2)", step=1, time=10.0)
 >>> table.answer("robot", "success", 12.5)
-True
 >>> bar = table.bars()["1"]
 >>> bar["action"], bar["ended"] - bar["began"], bar["answer"]
 ('go(2)', 2.5, 'success')
@@ -15,10 +14,11 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any, Deque, Dict, List, Mapping, Optional, Sequence, Tuple
 
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 from rosoclingo_console.model.board import Row
 from rosoclingo_console.model.metrics import OTHER
-from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow
+from rosoclingo_console.model.values import PlanAhead, TokenRow
 
 _MOST_BARS = 200  # actions that a chart shows
 _MOST_VALUES = 50  # different answers that are counted one by one
@@ -73,15 +73,11 @@ class ActuatorTable:
         self._acting[actuator] = self._last[actuator] = bar
         self._bars.append(bar)
 
-    def answer(self, source: str, value: str, time: float) -> bool:
-        """Ends the action of an actuator that has answered.
-
-        Returns:
-            Whether it is an answer, and no other message.
-        """
+    def answer(self, source: str, value: str, time: float) -> None:
+        """Ends the action of an actuator that has answered; nothing if it has none to answer."""
         bar = self._acting.pop(source, None)
         if bar is None:
-            return False
+            return
         bar.ended, bar.answer = time, value
         # A stranger may say anything in the place of an actuator.
         value_counted = (
@@ -92,7 +88,6 @@ class ActuatorTable:
             seconds = time - bar.began
             for key in (source, ""):
                 self._means[key] = (1 - _WEIGHT) * self._means.get(key, seconds) + _WEIGHT * seconds
-        return True
 
     def forget_steps(self) -> None:
         """Steps are counted anew: no action that was done is one of the plan's."""

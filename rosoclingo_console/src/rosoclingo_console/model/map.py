@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import defaultdict, deque
-from typing import Any, Callable, DefaultDict, Deque, Dict, List, Optional, Sequence
+from typing import Any, DefaultDict, Deque, Dict, List, Optional, Sequence
 
 from rosclingo.errors import TermError
 from rosclingo.wire.term_text import split_term
@@ -20,9 +21,6 @@ _DIGITS = 2  # of metres
 _REQUEST = "bring"
 _NEWS = ("blocked", "unblocked")
 
-Happening = Callable[[MapSituation], None]
-"""An update of the situation on the map, which an event causes."""
-
 
 class MapTable:
     """Table of what the map shows; empty until there is a map. Not thread-safe."""
@@ -30,7 +28,7 @@ class MapTable:
     def __init__(self) -> None:
         self._graph: Optional[Graph] = None
         self._situation: Optional[MapSituation] = None
-        self._kept: Deque[Happening] = deque(maxlen=_MOST_KEPT)
+        self._kept: Deque[journal.Event] = deque(maxlen=_MOST_KEPT)
         self._plan: Sequence[str] = ()
         self._rows: Optional[Dict[str, Row]] = {}  # None if they have to be made again
 
@@ -39,9 +37,9 @@ class MapTable:
         self._graph = graph
         self._situation = None if graph is None else MapSituation(graph.starts)
         kept, self._kept = list(self._kept), deque(maxlen=_MOST_KEPT)
-        for happening in kept:
-            self._take(happening)
-        self._take(lambda situation: situation.set_plan(self._plan))
+        for event in kept:
+            self.hear(event)
+        self.set_plan(self._plan)
 
     def forget_run(self) -> None:
         """Another run begins, maybe with another map."""
@@ -53,45 +51,20 @@ class MapTable:
         """The plan ahead has changed."""
         self._plan = [atom for atom in atoms if atom.startswith("do(")]
         if self._situation is not None:
-            self._take(lambda situation: situation.set_plan(self._plan))
+            with contextlib.suppress(TermError):
+                self._situation.set_plan(self._plan)
+                self._rows = None
 
     def hear(self, event: journal.Event) -> None:
-        """Takes an event of the journal."""
-        happening = self._happening(event)
-        if happening is not None:
-            self._take(happening)
-
-    def _happening(self, event: journal.Event) -> Optional[Happening]:
-        """Returns what an event does on the map; None for nothing.
-
-        clingo keeps each term for as long as the process lives, so it does not get to see those of
-        strangers that change nothing here.
-        """
-        if isinstance(event, journal.GoalArrived):
-            goal, request = event.goal, event.request
-            if split_term(request)[0] == _REQUEST:
-                return lambda situation: situation.begin_goal(goal, request)
-        elif isinstance(event, journal.StatusSet) and event.status.is_terminal:
-            ended, succeeded = event.goal, event.status is Status.SUCCEEDED
-            return lambda situation: situation.end_goal(ended, succeeded)
-        elif isinstance(event, journal.ActionPublished):
-            actuator, action = event.actuator, event.action
-            return lambda situation: situation.begin_action(actuator, action)
-        elif isinstance(event, journal.MessageArrived):
-            source, value = event.source, event.value
-            if source != INFO or split_term(value)[0] in _NEWS:
-                return lambda situation: _hear(situation, source, value)
-        return None
-
-    def _take(self, happening: Happening) -> None:
+        """Takes an event of the journal; keeps it until there is a map."""
+        if not _is_shown(event):
+            return
         if self._situation is None:
-            self._kept.append(happening)
+            self._kept.append(event)
             return
-        try:
-            happening(self._situation)
-        except TermError:  # the loop has dropped or rejected it, too
-            return
-        self._rows = None
+        with contextlib.suppress(TermError):  # the loop has dropped or rejected it, too
+            _follow(self._situation, event)
+            self._rows = None
 
     def rows(self) -> Dict[str, Row]:
         """Returns the shapes of each group; nothing without a map."""
@@ -114,9 +87,33 @@ class MapTable:
         return {group: {"shapes": shapes} for group, shapes in groups.items()}
 
 
-def _hear(situation: MapSituation, source: str, value: str) -> None:
-    if source == INFO or source in situation.positions:
-        situation.hear(source, value)
+def _is_shown(event: journal.Event) -> bool:
+    """Tells if an event may change the map.
+
+    clingo keeps each term for as long as the process lives, so it does not get to see those of
+    strangers that change nothing here.
+    """
+    if isinstance(event, journal.GoalArrived):
+        return split_term(event.request)[0] == _REQUEST
+    if isinstance(event, journal.StatusSet):
+        return event.status.is_terminal
+    if isinstance(event, journal.MessageArrived):
+        return event.source != INFO or split_term(event.value)[0] in _NEWS
+    return isinstance(event, journal.ActionPublished)
+
+
+def _follow(situation: MapSituation, event: journal.Event) -> None:
+    """Has the situation take an event that is shown."""
+    if isinstance(event, journal.GoalArrived):
+        situation.begin_goal(event.goal, event.request)
+    elif isinstance(event, journal.StatusSet):
+        situation.end_goal(event.goal, event.status is Status.SUCCEEDED)
+    elif isinstance(event, journal.ActionPublished):
+        situation.begin_action(event.actuator, event.action)
+    elif isinstance(event, journal.MessageArrived) and (
+        event.source == INFO or event.source in situation.positions
+    ):
+        situation.hear(event.source, event.value)
 
 
 def _plain(shape: Shape, x: float, y: float) -> Dict[str, Any]:

@@ -17,12 +17,13 @@ from functools import partial
 from typing import Callable, Iterator, Set, Tuple
 
 from rosclingo.wire.term_text import last_number
-from rosoclingo.bags.model import Entry, OperatorHold, Recording
+from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.completion.encoding import KnownEncoding
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control, NumberedRecord
 from rosoclingo_console.model.system import SystemModel
-from rosoclingo_console.model.values import OperatorDecisions, quality_words
+from rosoclingo_console.model.values import quality_words
 
 _UNKNOWN = KnownEncoding()
 _MOST_HOLDS = 100
@@ -105,7 +106,7 @@ class Playback:
                 model.set_plan(entry.step, entry.horizon, atoms)
             else:
                 model.actuators.plan.step = entry.step
-        model.set_tokens(model.actuators.tokens())
+        model.actuators.set_tokens(model.actuators.tokens())
 
     def _decide(self, event: journal.ControlArrived, seconds: float) -> None:
         if event.control in _PAUSES:
@@ -122,15 +123,10 @@ class Playback:
 
 def _others(recording: Recording) -> Iterator[Tuple[float, Callable[[SystemModel], None]]]:
     """Yields what other topics than the journal say: when, and what it changes."""
-    for one in recording.held:
-        yield one.seconds, partial(_decide, hold=one)
+    for seconds, decisions in recording.held:
+        yield seconds, partial(SystemModel.decide, decisions=decisions, time=seconds)
     for line in recording.feedback:
         yield line.seconds, partial(SystemModel.tell_goal, identifier=line.goal, line=line.text)
-
-
-def _decide(model: SystemModel, hold: OperatorHold) -> None:
-    decisions = OperatorDecisions.read(hold.is_paused, hold.on_hold, hold.held, hold.reasons)
-    model.decide(decisions, hold.seconds)
 
 
 def _step(atom: str) -> int:

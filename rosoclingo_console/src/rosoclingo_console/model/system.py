@@ -10,7 +10,7 @@ from itertools import islice
 from typing import Any, Deque, Dict, List, Optional, Sequence
 
 from rosoclingo.completion.encoding import KnownEncoding
-from rosoclingo.drawing.holds import HoldHistory
+from rosoclingo.drawing.holds import HoldHistory, OperatorDecisions
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import NumberedRecord, Status
 from rosoclingo_console.model.actuators import ActuatorTable
@@ -21,7 +21,7 @@ from rosoclingo_console.model.map import MapTable
 from rosoclingo_console.model.messages import MessageTable
 from rosoclingo_console.model.metrics import Counters, Sample, counted
 from rosoclingo_console.model.sentences import tell
-from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow
+from rosoclingo_console.model.values import PlanAhead
 
 _MOST_LINES = 300  # of the journal
 _MOST_NEW_LINES = 50  # likewise, in one message to a page: nobody reads more
@@ -128,35 +128,24 @@ class SystemModel:
         elif isinstance(event, journal.MessageDropped):
             self.messages.drop(event.reason, round(time, _DIGITS))
         elif isinstance(event, journal.CommandDone):
-            self._follow_command(event)
+            if event.resets:
+                self.actuators.forget_steps()
+            elif event.name == "assign_messages":
+                self.messages.tell()
         elif isinstance(event, journal.BeliefsChanged):
             self._beliefs.change(event.terms, round(time, _DIGITS), record.step)
         elif isinstance(event, journal.LoopEnded):
             self._ended = str(event.reason)
-
-    def _follow_command(self, command: journal.CommandDone) -> None:
-        if command.resets:
-            self.actuators.forget_steps()
-        elif command.name == "assign_messages":
-            self.messages.tell()
 
     def set_plan(self, step: int, horizon: int, atoms: Sequence[str]) -> None:
         """Takes a message of ``~plan``."""
         self.actuators.plan = PlanAhead.read(step, horizon, atoms)
         self._map.set_plan(atoms)
 
-    def set_tokens(self, tokens: Sequence[TokenRow], run: str = "") -> None:
-        """Takes a message of ``~dispatch``."""
-        self.actuators.set_tokens(tokens, run)
-
-    def set_progress(self, run: str, number: int, progress: float) -> None:
-        """Takes a message of ``~heartbeat``."""
-        self.actuators.set_progress(run, number, progress)
-
     def decide(self, decisions: OperatorDecisions, time: float) -> None:
         """Takes a message of ``~held``, which came at a time in seconds of wall time."""
         self.actuators.decisions = decisions
-        self._holds.add(time, decisions.paused, decisions.on_hold, decisions.held)
+        self._holds.add(time, decisions)
 
     def set_quality(self, quality: str) -> None:
         """Takes what the plan costs, in words."""

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Mapping, NamedTuple, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
-from rosoclingo.drawing.holds import HeldRow, read_held
 
 _DO, _EXPECTED = "do", "expected"
 
@@ -84,26 +83,3 @@ def read_quality(text: str) -> str:
         return quality_words(list(map(int, said.get("cost", []))), said.get("optimal") is True)
     except (AttributeError, TypeError, ValueError, OverflowError, RecursionError) as err:
         raise ValueError(f"expected what a plan costs: {err}") from err
-
-
-@dataclass
-class OperatorDecisions:
-    """Decisions of an operator, and the actions that wait for one, from ``~held``.
-
-    Attributes:
-        paused: Whether no action begins.
-        on_hold: Of which actuators none does.
-        held: Each action that is held, with its actuator and why: ``approval``, ``hold``,
-            ``pause`` or ``retry``.
-    """
-
-    paused: bool = False
-    on_hold: Tuple[str, ...] = ()
-    held: Tuple[HeldRow, ...] = ()
-
-    @classmethod
-    def read(
-        cls, paused: bool, on_hold: Sequence[str], held: Sequence[str], reasons: Sequence[str]
-    ) -> OperatorDecisions:
-        """Reads the fields of a ``ROSoClingoHeld``; an atom that is none is skipped."""
-        return cls(paused, tuple(on_hold), read_held(held, reasons))

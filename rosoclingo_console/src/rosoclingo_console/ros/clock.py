@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from typing import Dict, Optional
 
@@ -13,13 +12,12 @@ _PARAMETER = "/use_sim_time"
 
 
 class SystemsClock:
-    """Knows wall time and ROS's time. Thread-safe.
+    """Knows wall time and ROS's time. Thread-safe, as one thread sets the number that others read.
 
     rospy looks only once, when a node begins, whether there is a simulator's time.
     """
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()  # guards the next one
         self._simulated: Optional[float] = None
         self._topic: Optional[rospy.Subscriber] = None
 
@@ -29,14 +27,12 @@ class SystemsClock:
             self._topic = rospy.Subscriber("/clock", Clock, self._on_clock, queue_size=1)
 
     def _on_clock(self, message: Clock) -> None:
-        with self._lock:
-            self._simulated = message.clock.to_sec()
+        self._simulated = message.clock.to_sec()
 
     def now(self) -> Dict[str, float]:
         """Returns what time it is: ``now`` of wall time, ``ros`` of ROS's time, in seconds.
 
         Without a simulator's time, both are the same number.
         """
-        now = time.time()
-        with self._lock:
-            return {"now": now, "ros": now if self._simulated is None else self._simulated}
+        now, simulated = time.time(), self._simulated
+        return {"now": now, "ros": now if simulated is None else simulated}

@@ -9,6 +9,7 @@ import rospy
 from std_msgs.msg import String
 
 from rosclingo.ros.low_latency import subscriber
+from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop.journal import NumberedRecord, decode
 from rosoclingo.msg import (
     ROSoClingoActionFeedback,
@@ -19,7 +20,7 @@ from rosoclingo.msg import (
     ROSoClingoPlan,
     ROSoClingoToken,
 )
-from rosoclingo_console.model.values import OperatorDecisions, TokenRow, read_quality
+from rosoclingo_console.model.values import TokenRow, read_quality
 from rosoclingo_console.web.hub import Heard
 
 
@@ -77,11 +78,11 @@ def _tokens(message: ROSoClingoDispatch) -> Heard:
         )
         for one in message.actions
     ]
-    return lambda model: model.set_tokens(tokens, message.run)
+    return lambda model: model.actuators.set_tokens(tokens, message.run)
 
 
 def _progress(message: ROSoClingoHeartbeat) -> Heard:
-    return lambda model: model.set_progress(message.run, message.number, message.progress)
+    return lambda model: model.actuators.set_progress(message.run, message.number, message.progress)
 
 
 def _decisions(message: ROSoClingoHeld) -> Heard:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Dict, NamedTuple
 
-from rosoclingo.drawing.page_files import SHARED_FILES
+from rosoclingo.drawing import SHARED_FILES
 
 _FOLDERS = (Path(__file__).resolve().parent / "page", SHARED_FILES)
 _KINDS = {

@@ -43,16 +43,14 @@ class Subscriber:
 class Hub:
     """The models of all systems. Only :meth:`post` is for other threads than the event loop's."""
 
-    def __init__(
-        self, systems: Sequence[str], clock: Optional[Callable[[], Mapping[str, float]]] = None
-    ) -> None:
+    def __init__(self, systems: Sequence[str], clock: Callable[[], Mapping[str, float]]) -> None:
         """Makes empty models.
 
         Args:
             systems: The names of the planning nodes.
             clock: Returns what time it is: ``now`` in seconds of wall time, ``ros`` in those of
                 ROS's time, which differ if a simulator has the clock, ``rate`` if it is a recorded
-                run's; None for no signs of life.
+                run's.
         """
         # Read by the event loop's thread only, as all that is not said to be thread-safe.
         self.models: Dict[str, SystemModel] = {name: SystemModel() for name in systems}
@@ -71,8 +69,7 @@ class Hub:
         self._loop = loop
         self._is_woken = True
         self._wake()
-        if self._clock is not None:
-            self._beat_on()
+        self._beat_on()
 
     def post(self, system: str, heard: Heard) -> None:
         """Has a message of a system taken. Thread-safe; does not wait."""
@@ -111,8 +108,7 @@ class Hub:
 
     def beat(self) -> None:
         """Sends what time it is; called by the event loop's thread."""
-        if self._clock is not None:
-            self._send({"beat": self._clock()})
+        self._send({"beat": self._clock()})
 
     def _beat_on(self) -> None:
         assert self._loop is not None
@@ -129,8 +125,7 @@ class Hub:
         """Has somebody told of all that there is, and then of what changes."""
         for name, model in self.models.items():
             subscriber.send(encode({"system": name, **model.snapshot()}))
-        if self._clock is not None:
-            subscriber.send(encode({"beat": self._clock()}))
+        subscriber.send(encode({"beat": self._clock()}))
         self._subscribers.add(subscriber)
 
     def unsubscribe(self, subscriber: Subscriber) -> None:

@@ -11,7 +11,7 @@ from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.values.ids import split_event
 
 _LONGEST = 10_000  # characters of a text
-_CONTROLS = f"control: expected {', '.join(one for one in Control if one != Control.RETRY)}"
+_CONTROLS = {one.value: one for one in Control if one is not Control.RETRY}  # the loop says that
 _LARGEST = 1e9  # number
 _MOST = 100  # texts of a list
 
@@ -34,38 +34,43 @@ class OperationReply:
 
 
 class Operations:
-    """Port to the systems: carries out the operations.
+    """Port to the systems: carries out those operations whose methods a subclass overrides.
 
     Methods are called by several threads, may wait for seconds, and raise nothing.
+
+    Attributes:
+        refusal: The answer to a request for any other operation.
     """
+
+    refusal = OperationReply(False, "this is no recorded run")
 
     def control(self, system: str, control: Control, actuator: str, action: str) -> OperationReply:
         """Has an operator's request taken, see docs/protocol.md, section "Control"."""
-        raise NotImplementedError
+        return self.refusal
 
     def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
         """Sends a goal."""
-        raise NotImplementedError
+        return self.refusal
 
     def send_message(self, system: str, source: str, value: str) -> OperationReply:
         """Sends a message, both of whose parts are terms as clingo prints them."""
-        raise NotImplementedError
+        return self.refusal
 
     def cancel(self, system: str, goal: str) -> OperationReply:
         """Sends a cancel request for a goal, whoever has sent it."""
-        raise NotImplementedError
+        return self.refusal
 
     def ask(self, system: str, question: str, arguments: Tuple[str, ...]) -> OperationReply:
         """Asks why, see docs/protocol.md, section "Questions"."""
-        raise NotImplementedError
+        return self.refusal
 
     def record(self, system: str, is_on: bool) -> OperationReply:
         """Starts or ends a recording."""
-        raise NotImplementedError
+        return self.refusal
 
     def play(self, plays: bool, position: float, speed: float) -> OperationReply:
         """Plays a recorded run from a time on, in seconds, so fast; or stops there."""
-        return OperationReply(False, "this is no recorded run")
+        return self.refusal
 
     def about(self) -> Optional[Mapping[str, Any]]:
         """Returns what pages are told of a recording; None if it is none."""
@@ -151,12 +156,9 @@ class Body:
 
 def _control(body: Body) -> Call:
     system, actuator, action = body.system, body.text("actuator"), body.text("action")
-    try:
-        control = Control(body.text("control"))
-    except ValueError as err:
-        raise RequestError(_CONTROLS) from err
-    if control is Control.RETRY:  # which the loop says itself
-        raise RequestError(_CONTROLS)
+    control = _CONTROLS.get(body.text("control"))
+    if control is None:
+        raise RequestError(f"control: expected {', '.join(_CONTROLS)}")
     return lambda operations: operations.control(system, control, actuator, action)
 
 

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Any, Dict, Mapping, Optional, Tuple
+from typing import Any, Dict, Mapping, Optional
 
-from rosoclingo.loop.journal import Control
 from rosoclingo_console.model.playback import Playback
 from rosoclingo_console.web.hub import Hub
 from rosoclingo_console.web.operations import OperationReply, Operations
 
 _TICK_SECONDS = 0.1
 _FASTEST = 100.0
-_RECORDED = OperationReply(False, "this is a recorded run: nothing of it can be changed")
 
 
 class Player(Operations):
     """A recorded run, and what operators want of it: to see another part. Nothing else is done.
 
     The event loop's thread uses it, but for the methods of :class:`.Operations`.
+
+    Attributes:
+        hub: Shows the recording.
     """
+
+    refusal = OperationReply(False, "this is a recorded run: nothing of it can be changed")
 
     def __init__(self, playback: Playback) -> None:
         """Begins at the end of the run, where all of it is seen, and does not play."""
@@ -29,12 +32,7 @@ class Player(Operations):
         self._plays = False
         self._at = 0.0  # when it was there, by the loop's clock
         self._loop: Optional[asyncio.AbstractEventLoop] = None
-        self._hub = Hub([playback.name], self.clock)
-
-    @property
-    def hub(self) -> Hub:
-        """The hub that shows the recording."""
-        return self._hub
+        self.hub = Hub([playback.name], self.clock)
 
     def clock(self) -> Mapping[str, float]:
         """Returns the time in the run, and how fast it goes by."""
@@ -56,14 +54,14 @@ class Player(Operations):
             self._position = min(self._playback.seconds, self._position + passed * self._speed)
             if self._position >= self._playback.seconds:
                 self._plays = False
-                self._hub.beat()
+                self.hub.beat()
             self._show()
         self._loop.call_later(_TICK_SECONDS, self._tick)
 
     def _show(self) -> None:
         name = self._playback.name
-        self._hub.models[name] = self._playback.seek(self._position)
-        self._hub.post(name, lambda _: None)
+        self.hub.models[name] = self._playback.seek(self._position)
+        self.hub.post(name, lambda _: None)
 
     def about(self) -> Dict[str, Any]:
         """Returns what pages are told of the recording."""
@@ -78,31 +76,7 @@ class Player(Operations):
             self._position = min(max(position, 0.0), self._playback.seconds)
             self._speed = min(max(speed, 0.0), _FASTEST)
             self._show()
-            self._hub.beat()
+            self.hub.beat()
 
         self._loop.call_soon_threadsafe(change)
         return OperationReply(True, "plays" if plays else "stands")
-
-    def control(self, system: str, control: Control, actuator: str, action: str) -> OperationReply:
-        """Refuses."""
-        return _RECORDED
-
-    def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
-        """Refuses."""
-        return _RECORDED
-
-    def send_message(self, system: str, source: str, value: str) -> OperationReply:
-        """Refuses."""
-        return _RECORDED
-
-    def cancel(self, system: str, goal: str) -> OperationReply:
-        """Refuses."""
-        return _RECORDED
-
-    def ask(self, system: str, question: str, arguments: Tuple[str, ...]) -> OperationReply:
-        """Refuses."""
-        return _RECORDED
-
-    def record(self, system: str, is_on: bool) -> OperationReply:
-        """Refuses."""
-        return _RECORDED

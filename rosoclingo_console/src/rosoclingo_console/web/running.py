@@ -76,10 +76,6 @@ class WebThread:
             self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join(2 * _SECONDS_TO_END)
 
-    def is_alive(self) -> bool:
-        """Whether the server still runs."""
-        return self._thread.is_alive()
-
     def _run(self) -> None:
         loop = self._loop
         asyncio.set_event_loop(loop)

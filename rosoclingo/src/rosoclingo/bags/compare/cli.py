@@ -13,10 +13,10 @@ from typing import Callable, List, Optional, Sequence, Tuple
 from rosclingo.errors import RosclingoError
 from rosoclingo.bags.compare import junit, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level
-from rosoclingo.bags.errors import BagError, IncompleteBagError
 from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.text import say
+from rosoclingo.errors import BagError
 
 _GAPS_SHOWN = 5
 _REMAPPING = re.compile(r"[\w~/]+:=")
@@ -72,7 +72,9 @@ def run(
 
 
 def read(program: str, bag: Path, name: Optional[str]) -> Recording:
-    """Reads a recording to compare, and prints its faults.
+    """Reads a recording that has all events of its run, but for those after its end.
+
+    Prints the faults of the bag.
 
     Args:
         program: What messages begin with.
@@ -80,39 +82,26 @@ def read(program: str, bag: Path, name: Optional[str]) -> Recording:
         name: Which node's run.
 
     Raises:
-        BagError: It cannot be read, or not compared.
+        BagError: It cannot be read, or lacks events; the message says which, and what to do.
     """
     recording = read_recording(bag, name)
     for remark in recording.remarks:
         say(program, f"{bag}: {remark}")
-    check(bag, recording)
-    return recording
-
-
-def check(bag: Path, recording: Recording) -> None:
-    """Checks that a recording has all events of its run, but for those after its end.
-
-    Args:
-        bag: Where it was read from.
-        recording: The recording.
-
-    Raises:
-        IncompleteBagError: It has not; the message says what is missing and what to do.
-    """
     first = recording.entries[0].number if recording.entries else 1
     if first > 1:
-        raise IncompleteBagError(
+        raise BagError(
             f"{bag}: the first {first - 1} events of the run are missing; start record.py with "
             "the system (record:=FILE of the launch files)"
         )
     gaps = _gaps(recording.entries)
     if gaps:
         more = f" and {len(gaps) - _GAPS_SHOWN} more gaps" if len(gaps) > _GAPS_SHOWN else ""
-        raise IncompleteBagError(
+        raise BagError(
             f"{bag}: of the run's {recording.entries[-1].number} events are missing: "
             f"{', '.join(gaps[:_GAPS_SHOWN])}{more}; what happened then is not known: use an "
             "undamaged copy of the bag, or record again"
         )
+    return recording
 
 
 def tell(comparison: Comparison) -> None:

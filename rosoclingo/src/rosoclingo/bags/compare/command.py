@@ -10,9 +10,9 @@ from typing import NoReturn, Optional, Sequence, Tuple
 from rosoclingo.bags.compare import cli, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level, compare
 from rosoclingo.bags.compare.junit import Suite
-from rosoclingo.bags.errors import IncompleteBagError
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.text import say
+from rosoclingo.errors import BagError
 
 _PROGRAM = "compare"
 
@@ -40,7 +40,7 @@ def _compare(options: argparse.Namespace) -> Tuple[Comparison, float]:
     expected = Run.of(cli.read(_PROGRAM, bag, options.name))
     seen = Run.of(cli.read(_PROGRAM, seen_bag, options.seen_name or options.name))
     if expected.is_empty and (seen.is_empty or expected.is_cut):
-        raise IncompleteBagError(
+        raise BagError(
             f"{bag}: nothing can be compared with {seen_bag}: no goal has got a status, and the "
             "loop has put out nothing; record a run that does something"
         )

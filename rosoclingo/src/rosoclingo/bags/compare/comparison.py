@@ -156,9 +156,10 @@ def compare(
         same_plan = ends == (new_ends[: len(ends)] if is_cut else new_ends)
         if level is Level.EQUIVALENT and not is_cut:
             same_plan = same_plan and old.steps == new.steps
+    alike = sum(1 for _ in takewhile(lambda row: row.same, rows))
     return Comparison(
         level, tuple(goals), tuple(rows), old.steps, new.steps, same_plan and not failure, failure,
-        None if is_replay else _inputs_before_difference(old, new, rows),
+        None if is_replay else moved(_inputs(old, alike), _inputs(new, alike)),
     )  # fmt: skip
 
 
@@ -226,13 +227,6 @@ def _place(history: History, output: Output) -> Tuple[Any, ...]:
     if isinstance(event, StatusSet):
         return (history.numbers[event.goal],)
     return (event.actuator, event.action) if isinstance(event, ActionPublished) else ()
-
-
-def _inputs_before_difference(
-    old: History, new: History, rows: Sequence[ComparisonRow]
-) -> Tuple[Moved, ...]:
-    alike = list(takewhile(lambda row: row.same, rows))
-    return moved(_inputs(old, len(alike)), _inputs(new, len(alike)))
 
 
 def _inputs(history: History, outputs: int) -> Tuple[List[Cell], List[Cell]]:

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 from rosclingo.wire.characters import carried
 from rosoclingo.bags.compare.comparison import Comparison
 from rosoclingo.bags.compare.text_report import describe, describe_goal
-from rosoclingo.bags.errors import BagWriteError
+from rosoclingo.errors import BagError
 
 
 class Suite(NamedTuple):
@@ -29,7 +29,7 @@ def write_results(file: Path, suite: Suite, comparison: Comparison, seconds: flo
         seconds: How long it took.
 
     Raises:
-        BagWriteError: The file cannot be written.
+        BagError: The file cannot be written.
     """
     cases: List[Tuple[str, str]] = []
     for number, pair in enumerate(comparison.goals, 1):
@@ -44,7 +44,7 @@ def write_error(file: Path, suite: Suite, reason: str) -> None:
     """Writes an error in the place of results.
 
     Raises:
-        BagWriteError: The file cannot be written.
+        BagError: The file cannot be written.
     """
     _write(file, suite, [("plan", reason)], ("error", f"no {carried(suite.name)}"), 0.0)
 
@@ -70,6 +70,6 @@ def _write(
         file.parent.mkdir(parents=True, exist_ok=True)
         ElementTree.ElementTree(root).write(file, encoding="utf-8", xml_declaration=True)
     except OSError as err:
-        raise BagWriteError(
+        raise BagError(
             f"{file}: {err.strerror}; give a name in a folder that can be written to"
         ) from err

@@ -6,15 +6,15 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
-from rosoclingo.bags.errors import BagTypeError, NoSystemError, SeveralSystemsError
-from rosoclingo.bags.model import Entry, FeedbackLine, OperatorHold, Recording
+from rosoclingo.bags.model import Entry, FeedbackLine, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.records import Records
 from rosoclingo.bags.read.without_journal import TOPICS, Historian, TopicMessage
 from rosoclingo.bags.topics import LOOP_TYPES, owner
 from rosoclingo.bags.wire import Message, PublisherConnection
-from rosoclingo.errors import LaunchedError
+from rosoclingo.drawing.holds import OperatorDecisions
+from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import NodeResumed, decode
 
@@ -69,7 +69,7 @@ class _Reading:
         for topic, number in sorted(self._lost.items()):
             self._remarks.append(f"{number} messages of {topic} are damaged and were left out")
         if not entries:
-            raise NoSystemError(
+            raise BagError(
                 f"{self._file}: the bag has topics of {self._name}, but no message that can be "
                 f"read{_because(self._remarks)}; record again while the system runs"
             )
@@ -94,18 +94,18 @@ class _Reading:
             if wanted in found:
                 return wanted
             there = f"; there are {', '.join(found)}" if found else ""
-            raise NoSystemError(f"{self._file}: the bag has no topics of {wanted}{there}")
+            raise BagError(f"{self._file}: the bag has no topics of {wanted}{there}")
         if not found:
             names = sorted({connection.topic for connection in self._connections})
             there = f"has only {', '.join(names[:5])}" if names else "has no topics"
             if len(names) > 5:
                 there += f" and {len(names) - 5} more"
-            raise NoSystemError(
+            raise BagError(
                 f"{self._file}: the bag {there}{_because(self._bag.remarks)}, nothing of "
                 "rosoclingo; record one with rosrun rosoclingo record.py"
             )
         if len(found) > 1:
-            raise SeveralSystemsError(
+            raise BagError(
                 f"{self._file}: the bag has several systems; choose one by its name: "
                 f"{', '.join(found)}"
             )
@@ -117,7 +117,7 @@ class _Reading:
         """Yields the messages of topics, decoded.
 
         Raises:
-            BagTypeError: Nothing of a topic that a run needs can be read because of its type.
+            BagError: Nothing of a topic that a run needs can be read because of its type.
         """
         for topic in topics:
             self._accept(topic)
@@ -140,7 +140,7 @@ class _Reading:
                 else:
                     reasons.append(reason)
         if reasons and name in _RUNS and not any(one.topic == topic for one in self._readable):
-            raise BagTypeError(
+            raise BagError(
                 f"{self._file}: {reasons[0]}; replay it with the version that recorded it, "
                 "or record again"
             )
@@ -189,12 +189,11 @@ class _Reading:
         ]
         return tuple(Historian().entries(recorded))
 
-    def _read_held(self) -> Tuple[OperatorHold, ...]:
+    def _read_held(self) -> Tuple[Tuple[float, OperatorDecisions], ...]:
         return tuple(
-            OperatorHold(
+            (
                 (message.time - self._begin) * 1e-9,
-                bool(said.paused),
-                *(tuple(part) for part in (said.on_hold, said.held, said.reasons)),
+                OperatorDecisions.read(said.paused, said.on_hold, said.held, said.reasons),
             )
             for message, said in self._messages(f"{self._name}/held")
         )

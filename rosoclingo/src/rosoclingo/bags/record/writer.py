@@ -12,8 +12,8 @@ from rosbags.rosbag1 import Writer
 from rosbags.rosbag1.writer import WriterError
 
 from rosclingo.free_file import refusal
-from rosoclingo.bags.errors import BagWriteError
 from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
+from rosoclingo.errors import BagError
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _HEADER = 4096  # bytes of the header and its padding, without their two lengths
@@ -41,7 +41,7 @@ class BagWriter:
             compression: One of :data:`COMPRESSIONS`, for each chunk.
 
         Raises:
-            BagWriteError: The file exists or cannot be made.
+            BagError: The file exists or cannot be made.
         """
         self.count = 0
         self._file = file
@@ -53,9 +53,9 @@ class BagWriter:
             self._writer.open()
             self._pad()
         except WriterError as err:
-            raise BagWriteError(refusal(file)) from err
+            raise BagError(refusal(file)) from err
         except OSError as err:
-            raise BagWriteError(
+            raise BagError(
                 f"{file}: {err.strerror}; give a name in a folder that exists and can be written to"
             ) from err
 
@@ -67,7 +67,7 @@ class BagWriter:
         """Writes the index and closes the file; a bag without messages is removed.
 
         Raises:
-            BagWriteError: The disk refuses.
+            BagError: The disk refuses.
         """
         try:
             self._writer.close()
@@ -81,7 +81,7 @@ class BagWriter:
         """Adds a message.
 
         Raises:
-            BagWriteError: The disk refuses.
+            BagError: The disk refuses.
         """
         try:
             connection = self._connections.get(message.connection)
@@ -97,7 +97,7 @@ class BagWriter:
         """Hands all that was written to the system.
 
         Raises:
-            BagWriteError: The disk refuses.
+            BagError: The disk refuses.
         """
         try:
             chunk = self._writer.chunks[-1]
@@ -128,8 +128,8 @@ class BagWriter:
             latching=1 if connection.latching else None,
         )
 
-    def _refused(self, err: OSError) -> BagWriteError:
-        return BagWriteError(
+    def _refused(self, err: OSError) -> BagError:
+        return BagError(
             f"{self._file}: {err.strerror} after {self.count} messages; make room on the disk; "
             "what was written can be read"
         )

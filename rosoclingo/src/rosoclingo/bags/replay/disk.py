@@ -9,7 +9,7 @@ from typing import Iterator, List
 
 import rospkg
 
-from rosoclingo.bags.errors import ReplayError
+from rosoclingo.errors import BagError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.unpack import find, with_files
 
@@ -22,7 +22,7 @@ def from_disk(launched: Launched) -> List[str]:
     be a link, and next to which its includes are.
 
     Raises:
-        ReplayError: One is not there any more.
+        BagError: One is not there any more.
     """
     packages = rospkg.RosPack()
 
@@ -37,7 +37,7 @@ def from_disk(launched: Launched) -> List[str]:
         for candidate in (path, f"{path}.lp"):
             if os.path.isfile(candidate):
                 return candidate
-        raise ReplayError(
+        raise BagError(
             f"{recorded} of {launched.node} is not there any more; leave out --files disk to use "
             "what the bag has"
         )

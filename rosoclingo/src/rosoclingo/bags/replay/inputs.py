@@ -16,6 +16,8 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.inputs.replay_inbox import InputKey
 from rosoclingo.loop.values.atoms import canonical
 
+_QUIET_SECONDS = 1.0  # without any event, after which a loop that has no journal has waited
+
 
 class LoopActivity(enum.Enum):
     """The activity of the loop when it took an input."""
@@ -74,6 +76,8 @@ def inputs(run: Run) -> List[RecordedInput]:
             continue
         if isinstance(event, journal.ARRIVALS):
             gap = max(0.0, entry.seconds - last)
+            if not run.has_journal:  # when the loop has waited is a guess
+                waits, has_taken = not found or gap >= _QUIET_SECONDS, False
             point = _point(event, waits, has_taken)
             answers = isinstance(event, journal.MessageArrived) and event.source in acting
             found.append(RecordedInput(event, point, count, command, gap, answers, restarts))

@@ -9,13 +9,7 @@ from rosoclingo.bags.compare.comparison import Stall
 from rosoclingo.bags.read.run import Outputs, Run
 from rosoclingo.bags.read.run_end import RunEnd
 from rosoclingo.bags.replay.awaited import Awaited
-from rosoclingo.bags.replay.inputs import (
-    RecordedInput,
-    begins_a_wait,
-    inputs,
-    is_refused,
-)
-from rosoclingo.bags.replay.without_journal import guess_waits
+from rosoclingo.bags.replay.inputs import RecordedInput, begins_a_wait, inputs, is_refused
 from rosoclingo.loop import journal
 from rosoclingo.loop.inputs.replay_inbox import InputKey, ScheduledKind
 
@@ -51,7 +45,7 @@ class ReplayProgress:
             rate: How many times faster than recorded the inputs follow what they followed; None for
                 at once.
         """
-        self.planned = inputs(run) if run.has_journal else guess_waits(inputs(run))
+        self.planned = inputs(run)
         self.stalls: List[Stall] = []
         self.skipped = 0
         self.passed = -1

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.solver import lexical
-from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.replay.disk import from_disk, is_unchanged
 from rosoclingo.bags.topics import NODE
-from rosoclingo.errors import LaunchedError
+from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import LOOP_NODE, SINGLE_NODE, SOLVER_NODE, Launched
 from rosoclingo.launched.unpack import unpack
 
@@ -58,15 +57,15 @@ def check(bag: Path, recording: Recording, allow_scripts: bool) -> None:
         allow_scripts: Whether the ``#script`` blocks in its files may run.
 
     Raises:
-        ReplayError: It cannot; the message says why and what to do.
+        BagError: It cannot; the message says why and what to do.
     """
     for name in (recording.name, *recording.programs):
         if not NODE.fullmatch(name):
-            raise ReplayError(f"{bag}: {name!r} is no name of a node")
+            raise BagError(f"{bag}: {name!r} is no name of a node")
     for program in recording.programs.values():
         for file, text in program.files.items():
             if lexical.script(text) is not None and not allow_scripts:
-                raise ReplayError(
+                raise BagError(
                     f"{bag}: {file} has a #script block, which would run on this machine; if you "
                     "trust the bag, allow it with --allow-scripts"
                 )
@@ -94,30 +93,30 @@ def starts(
         store: Where the run is stored, so that nodes can be killed; None for nowhere.
 
     Raises:
-        ReplayError: The bag does not say enough, or what is to be different does not fit to it.
+        BagError: The bag does not say enough, or what is to be different does not fit to it.
     """
     is_changed = controller is not None or planner is not None
     if system is not None:
         if store is not None:
-            raise ReplayError("--kill needs nodes that replay.py has started; leave out --system")
+            raise BagError("--kill needs nodes that replay.py has started; leave out --system")
         if is_changed or single is not None:
-            raise ReplayError("--system starts everything; leave out the other command lines")
+            raise BagError("--system starts everything; leave out the other command lines")
         return [Start("the system", ("roslaunch", *_split(system)))]
     settings = [*_parameters(recording), *([] if store is None else [f"_store:={store}"])]
     if single is not None:
         if is_changed:
-            raise ReplayError("--single is one node; leave out --controller and --planner")
+            raise BagError("--single is one node; leave out --controller and --planner")
         return [_node(recording.name, SINGLE_NODE, [*settings, *_split(single)])]
     loop = recording.programs.get(recording.name)
     given = {"controller": controller, "planner": planner}
     if loop is None and None in given.values():
-        raise ReplayError(f"the bag does not say what {recording.name} was started with; {_REMEDY}")
+        raise BagError(f"the bag does not say what {recording.name} was started with; {_REMEDY}")
     if loop is not None and loop.program == SINGLE_NODE:
         if is_changed:
-            raise ReplayError("the bag is of a system of one node: use --single for its arguments")
+            raise BagError("the bag is of a system of one node: use --single for its arguments")
         return [_recorded(loop, folder, settings)]
     if loop is not None and loop.program != LOOP_NODE:
-        raise ReplayError(f"the bag has an unknown program, {loop.program!r}; {_REMEDY}")
+        raise BagError(f"the bag has an unknown program, {loop.program!r}; {_REMEDY}")
     names = _solver_names(recording, loop)
     remappings = [f"_{role}:={names[role]}" for role in SOLVERS]
     made = [_node(recording.name, LOOP_NODE, [*remappings, *settings])]
@@ -129,7 +128,7 @@ def starts(
         elif program is not None and program.program == SOLVER_NODE:
             made.append(_recorded(program, folder))
         else:
-            raise ReplayError(
+            raise BagError(
                 f"the bag does not say what the {role}, {names[role]}, was started with; give its "
                 f'command line: --{role} "ARGS"'
             )
@@ -163,7 +162,7 @@ def _parameters(recording: Recording) -> List[str]:
     ``~action_timeout`` is none of them: an action's failure after it is an input of the recording.
 
     Raises:
-        ReplayError: The bag has a value that is none.
+        BagError: The bag has a value that is none.
     """
     loop = recording.programs.get(recording.name)
     words = []
@@ -172,7 +171,7 @@ def _parameters(recording: Recording) -> List[str]:
         if name not in _KINDS:
             continue  # of another version
         if type(value) not in _KINDS[name]:  # true is no number
-            raise ReplayError(
+            raise BagError(
                 f"the bag has a wrong value of the parameter {recorded} of {recording.name}; "
                 f"{_REMEDY}"
             )
@@ -183,7 +182,7 @@ def _parameters(recording: Recording) -> List[str]:
 def _recorded(program: Launched, folder: Optional[Path], more: Sequence[str] = ()) -> Start:
     remapping = next((one for one in program.arguments if ":=" in one), None)
     if remapping is not None:
-        raise ReplayError(
+        raise BagError(
             f"the bag has the argument {remapping!r} of {program.node}, which record.py does not "
             f"write; {_REMEDY}"
         )
@@ -195,9 +194,9 @@ def _recorded(program: Launched, folder: Optional[Path], more: Sequence[str] = (
         else:
             arguments, directory = unpack(program, folder / own)
     except LaunchedError as err:
-        raise ReplayError(f"{err}; {_REMEDY}") from err
+        raise BagError(f"{err}; {_REMEDY}") from err
     except (OSError, ValueError) as err:
-        raise ReplayError(
+        raise BagError(
             f"the files of {program.node} cannot be written to {folder}: {err}; use --files disk"
         ) from err
     return _node(program.node, program.program, [*more, *arguments], directory)
@@ -213,4 +212,4 @@ def _split(line: str) -> List[str]:
     try:
         return shlex.split(line)
     except ValueError as err:
-        raise ReplayError(f"the command line {line!r} cannot be split into words: {err}") from err
+        raise BagError(f"the command line {line!r} cannot be split into words: {err}") from err

@@ -16,7 +16,7 @@ from typing import Any, Dict, List, Sequence, Tuple
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.rows import COLOURS, LEGEND, Lane, charts, rows
 from rosoclingo.bags.report.run import Statistics
-from rosoclingo.drawing.page_files import SHARED_FILES
+from rosoclingo.drawing import SHARED_FILES
 
 _FOLDER = Path(__file__).resolve().parent / "html"
 _SCRIPTS = (  # each after those that it imports

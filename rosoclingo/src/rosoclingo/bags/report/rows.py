@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, NamedTuple, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Sequence, Tuple, Union
 
-from rosoclingo.bags.report.run import Statistics
+from rosoclingo.bags.report.run import ActionRun, Statistics
+from rosoclingo.drawing.believed import BeliefSpan
+from rosoclingo.drawing.holds import HoldSpan
 
 MOST_LABELS = 40  # goals whose names have room; more of them would hide each other
 COLOURS = {
@@ -35,6 +37,8 @@ LEGEND: Dict[str, Dict[str, str]] = {
     "the encoding": {"belief": "believes in a cause"},
 }  # fmt: skip
 """For each kind of bars, the words for the colours."""
+
+_Span = Union[ActionRun, HoldSpan, BeliefSpan]
 
 
 class Bar(NamedTuple):
@@ -87,11 +91,10 @@ def rows(run: Statistics) -> List[Lane]:
     made = _goal_rows(run)
     for actuator in dict.fromkeys(action.actuator for action in run.actions):
         bars = [
-            Bar(i, action.began, run.ended if action.ended is None else action.ended,
-                _answer_colour(action.answer))
-            for i, action in enumerate(run.actions)
-            if action.actuator == actuator
-        ]  # fmt: skip
+            _bar(run, i, one, _answer_colour(one.answer))
+            for i, one in enumerate(run.actions)
+            if one.actuator == actuator
+        ]
         made.append(Lane(actuator, "actions", bars))
     made += [
         _marks("messages", "messages",
@@ -103,19 +106,11 @@ def rows(run: Statistics) -> List[Lane]:
              for i, one in enumerate(run.searches)]),
     ]  # fmt: skip
     if run.holds:
-        held = [
-            Bar(i, one.began, max(one.began, run.ended) if one.ended is None else one.ended,
-                one.kind)
-            for i, one in enumerate(run.holds)
-        ]  # fmt: skip
-        made.append(Lane("operator", "holds", held))
+        bars = [_bar(run, i, one, one.kind) for i, one in enumerate(run.holds)]
+        made.append(Lane("operator", "holds", bars))
     if run.beliefs:
-        believed = [
-            Bar(i, one.began, max(one.began, run.ended) if one.ended is None else one.ended,
-                "belief")
-            for i, one in enumerate(run.beliefs)
-        ]  # fmt: skip
-        made.append(Lane("believed", "beliefs", believed))
+        bars = [_bar(run, i, one, "belief") for i, one in enumerate(run.beliefs)]
+        made.append(Lane("believed", "beliefs", bars))
     if run.restarts:
         made.append(
             _marks("restarts", "restarts", [(one.seconds, "restart") for one in run.restarts])
@@ -125,6 +120,12 @@ def rows(run: Statistics) -> List[Lane]:
 
 def _marks(name: str, kind: str, marks: Sequence[Tuple[float, str]]) -> Lane:
     return Lane(name, kind, [Bar(i, at, at, colour) for i, (at, colour) in enumerate(marks)])
+
+
+def _bar(run: Statistics, number: int, span: _Span, colour: str) -> Bar:
+    """Returns the bar of a time span; one that has not ended goes on until the end of the run."""
+    end = max(span.began, run.ended) if span.ended is None else span.ended
+    return Bar(number, span.began, end, colour)
 
 
 def _answer_colour(answer: str) -> str:

@@ -13,7 +13,6 @@ import rospy
 from rosclingo.ros.local_master import LocalMaster
 from rosclingo.ros.patches import init_patched_node
 from rosoclingo.bags.compare.comparison import Stall
-from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
@@ -22,6 +21,7 @@ from rosoclingo.bags.replay.replays import ExactReplay, FreeReplay, Replay
 from rosoclingo.bags.replay.startup import Start
 from rosoclingo.bags.ros.connection import Connection
 from rosoclingo.bags.ros.replay_nodes import ReplayNodes
+from rosoclingo.errors import BagError
 from rosoclingo.loop import journal
 
 # Searches are long, and what they have found is seen from what follows.
@@ -87,7 +87,7 @@ def play(
 
     Raises:
         ProcessError: A process cannot be started.
-        ReplayError: The system does not start.
+        BagError: The system does not start.
     """
     with LocalMaster(folder) as system:
         _initialise(system)
@@ -146,7 +146,7 @@ class _Player:
         """Plays, and returns why it was given up, if it was.
 
         Raises:
-            ReplayError: The system does not start.
+            BagError: The system does not start.
         """
         begin = heard = said = time.monotonic()
         count = len(self._progress.planned)
@@ -228,7 +228,7 @@ class _Player:
             return ""
         log = self._system.processes[name].last_lines
         if self._last is None:
-            raise ReplayError(f"{name} does not start; the end of what it says:\n{log}")
+            raise BagError(f"{name} does not start; the end of what it says:\n{log}")
         return f"{name} has ended by itself; the end of what it said:\n{log}"
 
     def _silence(self, seconds: float) -> str:
@@ -238,7 +238,7 @@ class _Player:
                 for name, process in self._system.processes.items()
                 for line in process.last_lines.splitlines()
             )
-            raise ReplayError(f"the system has done nothing for {seconds:.0f} s; it says:\n{logs}")
+            raise BagError(f"the system has done nothing for {seconds:.0f} s; it says:\n{logs}")
         last = self._last
         return (
             f"there was no event for {seconds:.0f} s (--timeout); the last one was: "

@@ -16,13 +16,12 @@ import genpy
 import rospy
 
 from rosclingo.ros.init import give_up, init_node, on_shutdown
-from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.run_end import RunEnd
 from rosoclingo.bags.record.arrivals import Journal
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, loop_topics, solver_topics
 from rosoclingo.bags.wire import Message, PublisherConnection
-from rosoclingo.errors import LaunchedError
+from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
@@ -99,7 +98,7 @@ class Recorder:
         else:
             self._ending.clear()
 
-    def _subscribe(self, topics: Dict[str, str]) -> None:
+    def _subscribe(self, topics: List[str]) -> None:
         with self._lock:
             new = [topic for topic in topics if topic not in self._subscribed]
             self._subscribed.update(new)

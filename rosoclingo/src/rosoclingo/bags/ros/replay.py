@@ -16,12 +16,12 @@ from rosclingo.wire.commands import Result
 from rosoclingo.bags.compare import cli, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level, compare
 from rosoclingo.bags.compare.junit import Suite
-from rosoclingo.bags.errors import IncompleteBagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
 from rosoclingo.bags.ros.player import Replayed, play
 from rosoclingo.bags.text import PROGRESS, say
+from rosoclingo.errors import BagError
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 
 
@@ -48,7 +48,7 @@ def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
     recording = cli.read("replay", options.bag, options.name)
     run = Run.of(recording)
     if run.is_empty:
-        raise IncompleteBagError(
+        raise BagError(
             f"{options.bag}: nothing can be compared: no goal has got a status, and the loop of "
             f"{recording.name} has put out nothing; record a run that does something"
         )

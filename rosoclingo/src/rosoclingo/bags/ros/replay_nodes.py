@@ -8,10 +8,10 @@ from typing import Optional, Sequence
 import rospy
 
 from rosclingo.ros.local_master import LocalMaster, executable
-from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.replay.input_schedule import rest
 from rosoclingo.bags.replay.startup import SOLVERS, Start
 from rosoclingo.bags.ros.connection import Connection
+from rosoclingo.errors import BagError
 from rosoclingo.loop import journal
 from rosoclingo.loop.inputs import replay_inbox
 from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledInput, ScheduledKind
@@ -58,7 +58,7 @@ class ReplayNodes:
 
         Raises:
             ProcessError: A process cannot be started.
-            ReplayError: The node with the planning loop does not start.
+            BagError: The node with the planning loop does not start.
         """
         self._set_dues()
         for node, start in self._starts.items():
@@ -79,7 +79,7 @@ class ReplayNodes:
         """Kills the node that :meth:`due` has returned, and starts another process in its place.
 
         Raises:
-            ReplayError: Another loop does not start.
+            BagError: Another loop does not start.
         """
         self._dues.remove(ScheduledInput(decision, Phase.BEFORE, ScheduledKind.KILL, node))
         start = self._starts[node]
@@ -115,7 +115,7 @@ class ReplayNodes:
             ended = self._system.failure()
             if ended is not None:
                 log = self._system.processes[ended].last_lines
-                raise ReplayError(f"{ended} does not start; the end of what it says:\n{log}")
+                raise BagError(f"{ended} does not start; the end of what it says:\n{log}")
             if time.monotonic() > end:
-                raise ReplayError(f"there is no node {self._name} after {_CONNECT_SECONDS:.0f} s")
+                raise BagError(f"there is no node {self._name} after {_CONNECT_SECONDS:.0f} s")
             time.sleep(_POLL_SECONDS)

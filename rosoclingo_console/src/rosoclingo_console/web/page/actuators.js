@@ -2,8 +2,8 @@
 
 import { order } from "./ask.js";
 import { mayAct } from "./connection.js";
-import { badge, byId, careful, change, fill, make } from "./dom.js";
-import { chosen, now, rowsOf, state, watch } from "./store.js";
+import { badgePlace, careful, change, fillSection, make } from "./dom.js";
+import { chosen, now, rowsOf, watch } from "./store.js";
 import { byName, lasted } from "./words.js";
 
 const STATES = {
@@ -40,7 +40,7 @@ function more(row) {
 
 function makeActuator() {
   const name = make("b", { class: "term" }),
-    sign = make("span"),
+    sign = badgePlace(),
     what = make("p", { class: "what" }),
     small = make("small");
   const made = make("li");
@@ -49,17 +49,13 @@ function makeActuator() {
   const approve = make("button", { type: "button", text: "Approve", click: () => act("approve", made.row.held) });
   const reject = careful("Reject", "Reject it?", () => act("reject", made.row.held));
   const hold = make("button", { type: "button", click: () => act(made.row.on_hold ? "release" : "hold") });
-  let before = "";
   made.append(
     make("div", { class: "head" }, name, sign, make("span", { class: "buttons" }, approve, reject, hold)),
     what,
     small,
   );
   made.update = (row) => {
-    if (before !== row.state) {
-      before = row.state;
-      sign.replaceChildren(badge(...(STATES[row.state] ?? ["quiet", "…", row.state])));
-    }
+    sign.say(...(STATES[row.state] ?? ["quiet", "…", row.state]));
     change(what, { text: does(row) });
     change(approve, { hidden: row.state !== "approval" });
     change(reject, { hidden: !row.held });
@@ -77,12 +73,6 @@ function makeActuator() {
 }
 
 watch(() => {
-  const list = byId("actuators").querySelector(".rows");
   const rows = [...rowsOf(chosen(), "actuators")].sort(([a], [b]) => byName(a, b));
-  fill(list, rows.map(([key, row]) => [`${state.chosen} ${key}`, row]), makeActuator);
-  rows.forEach(([key], i) => {
-    list.children[i].key = key;
-    list.children[i].draw();
-  });
-  list.classList.toggle("none", !rows.length);
+  fillSection("actuators", rows, makeActuator);
 });

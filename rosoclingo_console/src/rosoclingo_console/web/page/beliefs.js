@@ -1,7 +1,7 @@
 // What is believed to be the causes of what was observed, if the encoding looks for them.
 
-import { badge, byId, change, fill, make } from "./dom.js";
-import { chosen, now, rowsOf, state, watch } from "./store.js";
+import { badge, byId, change, fillSection, make } from "./dom.js";
+import { chosen, now, rowsOf, watch } from "./store.js";
 import { lasted } from "./words.js";
 
 /** Returns the badge of an explanation, or of a cause that is part of none. */
@@ -35,8 +35,6 @@ function makeBelief() {
 
 watch(() => {
   const rows = [...rowsOf(chosen(), "beliefs")].sort(([a], [b]) => a - b);
-  const list = byId("beliefs").querySelector(".rows");
   byId("beliefs").hidden = !rows.length;
-  fill(list, rows.map(([key, row]) => [`${state.chosen} ${key}`, row]), makeBelief);
-  for (const made of list.children) made.draw();
+  fillSection("beliefs", rows, makeBelief);
 });

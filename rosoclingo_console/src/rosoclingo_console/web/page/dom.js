@@ -1,12 +1,13 @@
 // Lists that keep their elements, badges, and buttons that ask once more.
 
-import { make } from "./elements.js";
+import { byId, make } from "./elements.js";
+import { state } from "./store.js";
 
 export { byId, change, make } from "./elements.js";
 
 /**
  * Makes a list show rows, in their order. Elements of rows that stay are kept, so that the focus does.
- * build(row) makes an element with a method update(row).
+ * build(row) makes an element, which may have a method update(row) for what changes in it.
  */
 export function fill(parent, rows, build) {
   const known = parent.known ?? (parent.known = new Map());
@@ -26,11 +27,25 @@ export function fill(parent, rows, build) {
     }
     if (element.row !== row) {
       element.row = row;
-      element.update(row);
+      element.update?.(row);
     }
     if (element === place) place = place.nextElementSibling;
     else parent.insertBefore(element, place);
   }
+}
+
+/**
+ * Makes the list of a section show rows of the chosen system. What build makes has a method draw, for what changes with
+ * the time and the connection, and gets its row's key.
+ */
+export function fillSection(id, rows, build) {
+  const list = byId(id).querySelector(".rows");
+  fill(list, rows.map(([key, row]) => [`${state.chosen} ${key}`, row]), build);
+  rows.forEach(([key], i) => {
+    list.children[i].key = key;
+    list.children[i].draw();
+  });
+  list.classList.toggle("none", !rows.length);
 }
 
 /** Empties a list of fill. */
@@ -42,6 +57,18 @@ export function empty(parent) {
 /** A word with a sign before it, so that nothing is said by a colour alone. */
 export function badge(kind, sign, text) {
   return make("span", { class: `badge ${kind}` }, make("span", { "aria-hidden": "true", text: sign }), ` ${text}`);
+}
+
+/** A place for a badge, which say(kind, sign, text) replaces only by another one. */
+export function badgePlace(properties = {}) {
+  const made = make("span", properties);
+  let before = "";
+  made.say = (...said) => {
+    if (before === said.join()) return;
+    before = said.join();
+    made.replaceChildren(badge(...said));
+  };
+  return made;
 }
 
 const ASKS_FOR = 10000; // ms

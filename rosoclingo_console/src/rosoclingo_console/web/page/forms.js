@@ -5,11 +5,7 @@ import { mayAct, mayActWhenLive } from "./connection.js";
 import { byId, change, fill, make } from "./dom.js";
 import { chosen, rowsOf, watch } from "./store.js";
 
-function makeOption(value) {
-  const option = make("option", { value });
-  option.update = () => {};
-  return option;
-}
+const makeOption = (value) => make("option", { value });
 
 /**
  * Makes a form work: send(text) has it carried out and returns whether it was taken, words() returns the completions, and

@@ -2,7 +2,7 @@
 
 import { order } from "./ask.js";
 import { mayAct, mayAsk } from "./connection.js";
-import { badge, byId, careful, change, fill, make } from "./dom.js";
+import { badgePlace, careful, change, fillSection, make } from "./dom.js";
 import { chosen, now, rowsOf, state, watch } from "./store.js";
 import { why } from "./why.js";
 import { clock, lasted } from "./words.js";
@@ -56,7 +56,7 @@ const known = (goal) => goal.why || onHold() || goal.line || "";
 
 function makeGoal() {
   const name = make("b", { class: "term" }),
-    sign = make("span"),
+    sign = badgePlace(),
     more = make("small"),
     reason = make("p", { class: "reason" });
   const made = make("li");
@@ -69,14 +69,10 @@ function makeGoal() {
     },
   });
   const cancel = careful("Cancel", "Cancel it?", () => order("cancel", { goal: made.key }, `Cancel ${made.row.request}`));
-  let before = "";
   made.append(make("div", { class: "head" }, name, sign, make("span", { class: "buttons" }, ask, cancel)), more, reason);
   made.update = (goal) => {
     change(name, { text: goal.request || "(a goal from before)" });
-    if (before !== goal.status) {
-      before = goal.status;
-      sign.replaceChildren(badge(...STATUSES[goal.status]));
-    }
+    sign.say(...STATUSES[goal.status]);
     change(reason, { text: goal.ended === null ? goal.why : "", hidden: !(goal.ended === null && goal.why) });
     change(made, { class: goal.ended === null ? "open" : "over" });
     change(ask, { "aria-label": `Why ${goal.request}?`, hidden: goal.ended !== null });
@@ -97,16 +93,7 @@ function byTime(a, b) {
   return over(a) ? b.ended - a.ended || b.number - a.number : a.number - b.number;
 }
 
-function drawGoals() {
-  const list = byId("goals").querySelector(".rows");
+watch(() => {
   const goals = [...rowsOf(chosen(), "goals")].sort(([, a], [, b]) => byTime(a, b));
-  const prefix = `${state.chosen} `;
-  fill(list, goals.map(([key, goal]) => [prefix + key, goal]), makeGoal);
-  goals.forEach(([key], i) => {
-    list.children[i].key = key;
-    list.children[i].draw();
-  });
-  list.classList.toggle("none", !goals.length);
-}
-
-watch(drawGoals);
+  fillSection("goals", goals, makeGoal);
+});

@@ -63,15 +63,13 @@ function readOn({ number, below }) {
 }
 
 function makeLine(line) {
-  const made = make(
+  return make(
     "li",
     { class: line.kind },
     make("time", { text: clock(line.time) }),
     make("span", { class: "kind", text: line.kind }),
     make("span", { class: "text", text: line.text }),
   );
-  made.update = () => {};
-  return made;
 }
 
 watch(() => {

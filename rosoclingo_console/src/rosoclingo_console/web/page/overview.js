@@ -1,7 +1,7 @@
 // The head of the page: the connection, the systems, and what needs attention.
 
 import { isStale, link, use } from "./connection.js";
-import { badge, byId, change, fill, make } from "./dom.js";
+import { badge, badgePlace, byId, change, fill, make } from "./dom.js";
 import { changed, rowsOf, state, watch, chosen, now } from "./store.js";
 import { clock, lasted, plural } from "./words.js";
 
@@ -44,7 +44,7 @@ byId("key").addEventListener("submit", (event) => {
 });
 
 /** How a system is, at a glance: a kind of badge, a sign and words. */
-export function glance(system) {
+function glance(system) {
   const run = rowsOf(system, "run").get("run");
   if (!run?.connected) return ["bad", "✕", run?.since ? `no contact since ${clock(run.since)}` : "no contact yet"];
   if (run.state === "ended") return ["bad", "■", "has ended"];
@@ -58,7 +58,7 @@ export function glance(system) {
 }
 
 function makeSystem(name) {
-  const sign = make("span", { class: "glance" });
+  const sign = badgePlace({ class: "glance" });
   const counts = make("small");
   const button = make(
     "button",
@@ -73,15 +73,9 @@ function makeSystem(name) {
     sign,
     counts,
   );
-  let before = "";
-  button.update = () => {};
   button.draw = () => {
     const system = state.systems.get(name);
-    const [kind, mark, words] = glance(system);
-    if (before !== kind + words) {
-      before = kind + words;
-      sign.replaceChildren(badge(kind, mark, words));
-    }
+    sign.say(...glance(system));
     const run = rowsOf(system, "run").get("run");
     change(counts, { text: run ? `${plural(run.open, "goal")}, step ${run.step} of ${run.horizon}` : "" });
     change(button, { "aria-pressed": String(name === state.chosen) });
@@ -126,9 +120,7 @@ function warnings() {
 }
 
 function makeWarning([kind, sign, text]) {
-  const made = make("p", { class: kind }, badge(kind, sign, ""), make("span", { text }));
-  made.update = () => {};
-  return made;
+  return make("p", { class: kind }, badge(kind, sign, ""), make("span", { text }));
 }
 
 function drawWarnings() {
