@@ -24,10 +24,8 @@ from functools import partial
 from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple
 
-from actionlib import ClientGoalHandle
-
 from harness import HarnessError, Report, RosSystem, Row, Samples, measure
-from mailbot import ENCODING, FOLDER, Grid, Nodes, Request, Run, deliveries
+from mailbot import ENCODING, FOLDER, Grid, Nodes, Request, Run, bring, deliveries
 from rosoclingo.msg import ROSoClingoOut
 
 DRAWS = 10
@@ -72,26 +70,16 @@ def last_step(actions: Sequence[str]) -> int:
     return max(int(match[1]) for match in found if match)
 
 
-def begin(run: Run, requests: Sequence[Request]) -> Tuple[float, List[ClientGoalHandle]]:
-    """Sends requests, and returns the milliseconds until the first action, and the goals."""
-    start = time.perf_counter()
-    goals = [run.send(request) for request in requests]
-    when, _ = run.action()
-    return (when - start) * 1e3, goals
-
-
 def play(nodes: Nodes, requests: Sequence[Request]) -> Played:
     """Sends requests to a fresh node, whose first robot answers after two seconds."""
     run = nodes.start()
-    start = time.perf_counter()
-    for request in requests:
-        run.send(request)
-    when, _ = run.action()
+    first = run.begin(*map(bring, requests))
+    acts = time.perf_counter()
     _, plan = run.plan(lambda actions: deliveries(actions) == len(requests))
-    time.sleep(max(0.0, LATER - (time.perf_counter() - when)))
+    time.sleep(max(0.0, LATER - (time.perf_counter() - acts)))
     plan = run.latest_plan() or plan
     nodes.end(run)
-    return Played((when - start) * 1e3, last_step(plan))
+    return Played(first, last_step(plan))
 
 
 def routed(grid: Grid, requests: Sequence[Request]) -> int:
@@ -204,7 +192,7 @@ def measure_until_it_breaks(system: RosSystem, report: Report) -> None:
         run = nodes.start()
         name = f"{requests} requests, 1 robot, 20 x 20: first action"
         try:
-            duration, _ = begin(run, grid.draw(0))
+            duration = run.begin(*map(bring, grid.draw(0)))
         except HarnessError as err:
             print(f"{name}: {err}")
             duration = SLOW

@@ -18,17 +18,14 @@ import subprocess
 import sys
 import threading
 import time
-from functools import partial
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple
+from typing import List, Optional, Sequence
 
-import rospy
-from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
-from harness import HarnessError, Report, RosSystem, Row, Samples, measure, wait_for_node
-from rosclingo.ros.action_client import LowLatencyActionClient
-from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
+from harness import HarnessError, Measurements, Row, Samples, measure
+from rosoclingo.msg import ROSoClingoGoal, ROSoClingoOut
+from rosoclingo_bench import Actuator
 
 FOLDER = Path(__file__).resolve().parent
 ENCODING = FOLDER / "encodings" / "flood.lp"  # takes a second to plan
@@ -47,24 +44,10 @@ WORK_SECONDS = 0.02  # how long an action takes
 LONGEST_SECONDS = 60.0  # a goal that takes longer does not end
 
 
-class FloodClient:
-    """The robot, and the client that gives it goals."""
+class FloodClient(Actuator):
+    """A robot whose actions take a moment, and the client that gives it goals."""
 
-    def __init__(self, name: str) -> None:
-        """Opens the connections to a planning node, and waits for it."""
-        self._events: queue.Queue[Tuple[bool, float]] = queue.Queue()  # whether it is an action
-        self._in = rospy.Publisher(f"{name}/in", ROSoClingoIn, tcp_nodelay=True, queue_size=1)
-        self._out = rospy.Subscriber(f"{name}/out", ROSoClingoOut, self._on_action)
-        self._client = LowLatencyActionClient(name, ROSoClingoAction)
-        wait_for_node(self._client, self._in, self._out)
-
-    def close(self) -> None:
-        """Closes the connections, before another node of this name starts."""
-        self._in.unregister()
-        self._out.unregister()
-        self._client.stop()
-
-    def execute(self) -> float:
+    def first_action(self) -> float:
         """Executes a goal, and returns the seconds until its first action.
 
         Raises:
@@ -86,43 +69,27 @@ class FloodClient:
             raise HarnessError(f"a goal did not succeed: {handle.get_goal_status_text()}")
         return first
 
-    def _on_action(self, _: ROSoClingoOut) -> None:
-        self._events.put((True, time.monotonic()))
+    def _on_action(self, action: ROSoClingoOut) -> None:
+        super()._on_action(action)
         threading.Timer(WORK_SECONDS, self._in.publish, ("robot", "success")).start()
 
-    def _on_transition(self, handle: ClientGoalHandle) -> None:
-        if handle.get_comm_state() == CommState.DONE:
-            self._events.put((False, time.monotonic()))
 
-
-class Bench:
+class Bench(Measurements):
     """The measurements."""
 
-    def __init__(
-        self, each: bool, seconds: float, system: RosSystem, folder: Path, report: Report
-    ) -> None:
-        """Prepares the measurements.
+    def run(self, each: bool, seconds: float) -> None:
+        """Measures everything.
 
         Args:
             each: Whether each kind comes alone, too.
             seconds: How long the flood lasts.
-            system: Where the nodes run.
-            folder: Where logs are written.
-            report: Where the rows go.
         """
-        self._each = each
-        self._seconds = seconds
-        self._system = system
-        self._report = report
-
-    def run(self) -> None:
-        """Measures everything."""
         for name in SYSTEMS:
             quiet = self._measure(name, 0, (), 0.0)
             self._add(f"{name}, no flood", quiet, quiet, None)
-            flooded = self._measure(name, RATE, KINDS, self._seconds)
+            flooded = self._measure(name, RATE, KINDS, seconds)
             self._add(f"{name}, {RATE} a second", quiet, flooded, LIMIT)
-            for kind in KINDS if self._each else ():
+            for kind in KINDS if each else ():
                 flooded = self._measure(name, RATE, (kind,), SHORT_SECONDS)
                 self._add(f"{name}, {RATE} a second, {kind}", quiet, flooded, None)
             self._go_on(name, quiet)
@@ -144,18 +111,19 @@ class Bench:
     def _add(self, name: str, quiet: Samples, flooded: Samples, limit: Optional[float]) -> None:
         ratio = flooded.median / quiet.median
         row = Row(f"first action, {name}", None, flooded, "with / without", ratio, "x", limit)
-        self._report.add(row)
+        self.report.add(row)
 
     def _measure(self, name: str, rate: float, kinds: Sequence[str], seconds: float) -> Samples:
         """Executes goals in a fresh system, and returns the milliseconds to each first action."""
         nodes = self._start(name)
         client = FloodClient(nodes[-1])
+        client.wait()
         flood = self._flood(nodes[-1], rate, kinds) if rate else None
         times: List[float] = []
         begin = time.monotonic()
         try:
             while time.monotonic() < begin + seconds or len(times) < QUIET_GOALS * (not rate):
-                times.append(client.execute() * 1e3)
+                times.append(client.first_action() * 1e3)
             if flood is not None:
                 self._check(flood, rate, seconds + BEFORE_SECONDS)
         finally:
@@ -163,18 +131,18 @@ class Bench:
                 flood.kill()
             client.close()
             for node in reversed(nodes):
-                self._system.end(node)
+                self.system.end(node)
         return Samples("ms", tuple(times))
 
     def _start(self, name: str) -> List[str]:
         """Starts the nodes of a system, and returns their names, the planning node's last."""
         if name == "one node":
-            self._system.rosrun("rosoclingo", "run-1.0.py", "-f", str(ENCODING), name="one")
+            self.system.rosrun("rosoclingo", "run-1.0.py", "-f", str(ENCODING), name="one")
             return ["one"]
-        self._system.rosrun("rosclingo", "run.py", "-f", str(ENCODING), name="planner")
+        self.system.rosrun("rosclingo", "run.py", "-f", str(ENCODING), name="planner")
         mode = ("-f", str(MODE), "-c", "steps=50")
-        self._system.rosrun("rosclingo", "run.py", *mode, name="controller")
-        self._system.rosrun("rosoclingo", "run.py", name="three")
+        self.system.rosrun("rosclingo", "run.py", *mode, name="controller")
+        self.system.rosrun("rosoclingo", "run.py", name="three")
         return ["planner", "controller", "three"]
 
     def _flood(self, node: str, rate: float, kinds: Sequence[str]) -> subprocess.Popen[str]:
@@ -210,8 +178,8 @@ def main() -> int:
     parser.add_argument("--each", action="store_true", help="have each kind come alone, too")
     parser.add_argument("--seconds", type=float, default=SECONDS, help="how long the flood lasts")
     arguments = parser.parse_args()
-    bench = partial(Bench, arguments.each, arguments.seconds)
-    return measure("flood", lambda *parts: bench(*parts).run())
+    each, seconds = arguments.each, arguments.seconds
+    return measure("flood", lambda *parts: Bench(*parts).run(each, seconds))
 
 
 if __name__ == "__main__":

@@ -196,6 +196,22 @@ def measure(name: str, run: Callable[[RosSystem, Path, Report], object]) -> int:
     return report.finish()
 
 
+class Measurements:
+    """The measurements of a benchmark in a ROS system.
+
+    Attributes:
+        system: Where the nodes run.
+        folder: Where files are written.
+        report: Where the rows go.
+    """
+
+    def __init__(self, system: RosSystem, folder: Path, report: Report) -> None:
+        """Measures nothing yet."""
+        self.system = system
+        self.folder = folder
+        self.report = report
+
+
 def wait_for_node(client: actionlib.ActionClient, *topics: Any) -> None:
     """Waits until a node with an action is there.
 
@@ -220,6 +236,12 @@ def resident_mebibytes(pid: int) -> float:
     """Returns the memory of a process that is in RAM (VmRSS)."""
     status = Path(f"/proc/{pid}/status").read_text()
     return float(status.split("VmRSS:")[1].split()[0]) / 1024
+
+
+def processor_seconds(pid: int) -> float:
+    """Returns the processor time that a process has used so far."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 @dataclass(frozen=True)

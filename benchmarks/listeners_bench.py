@@ -27,20 +27,15 @@ from functools import partial
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List, Sequence, Tuple
 
-from harness import HarnessError, Report, RosSystem, Row, Samples, measure, wait_for_node
-from rosclingo.ros.action_client import LowLatencyActionClient
-from rosclingo.ros.low_latency import publisher, subscriber
-from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
+from harness import HarnessError, Report, RosSystem, Row, Samples, measure
+from rosoclingo.msg import ROSoClingoGoal
+from rosoclingo_bench import PLANNER, TARGETS, WORK_SECONDS, Actuator
 
-ROOT = Path(__file__).resolve().parents[1]
-PLANNER = ROOT / "rosoclingo" / "example" / "line.lp"  # takes some milliseconds to plan
 PAGES_SCRIPT = Path(__file__).with_name("pages.py")
 NODE, LISTENER = "listened", "listener"
 RATE = 1000  # inputs in a second
 TICK_SECONDS = 0.01
-TARGETS = (6, 1)  # from one end of the line to the other: four reactions
 GOALS = 4
-WORK_SECONDS = 0.02  # how long an action takes
 ROUNDS = 16
 LIMIT = 1.1  # times the reaction without a listener
 PAGES = 20
@@ -48,16 +43,10 @@ _TIMEOUT_SECONDS = 60.0
 _LINK = re.compile(r"open (\S+/#\S+)(?:\s|$)")  # as the console prints it
 
 
-class Robot:
+class Robot(Actuator):
     """The robot, its client, and whoever tells the planning node what it does not know."""
 
-    def __init__(self) -> None:
-        """Waits for the planning node."""
-        self._actions: queue.Queue[float] = queue.Queue()
-        self._in = publisher(f"{NODE}/in", ROSoClingoIn, queue_size=100 * RATE)
-        self._out = subscriber(f"{NODE}/out", ROSoClingoOut, self._on_action)
-        self._client = LowLatencyActionClient(NODE, ROSoClingoAction)
-        wait_for_node(self._client, self._in, self._out)
+    QUEUE = 100 * RATE
 
     def reactions(self) -> List[float]:
         """Returns how many milliseconds it takes from each answer to the next action."""
@@ -84,26 +73,17 @@ class Robot:
         self._next()
         for _ in range(abs(TARGETS[0] - TARGETS[1]) - 1):
             time.sleep(WORK_SECONDS)
-            begin = time.perf_counter()
+            begin = time.monotonic()
             self._in.publish("robot", "success")
             found.append((self._next() - begin) * 1e3)
         self._in.publish("robot", "success")
         return found
 
-    def _on_action(self, _: ROSoClingoOut) -> None:
-        self._actions.put(time.perf_counter())
-
     def _next(self) -> float:
         try:
-            return self._actions.get(timeout=_TIMEOUT_SECONDS)
+            return self._events.get(timeout=_TIMEOUT_SECONDS)[1]
         except queue.Empty:
             raise HarnessError("no action came") from None
-
-    def close(self) -> None:
-        """Closes the connections."""
-        self._in.unregister()
-        self._out.unregister()
-        self._client.stop()
 
 
 def record(system: RosSystem, folder: Path) -> None:
@@ -159,7 +139,8 @@ def measure_round(
 ) -> Iterator[Tuple[str, List[float]]]:
     """Yields the reactions of one planning node beside each listener."""
     system.rosrun("rosoclingo", "run-1.0.py", "-f", str(PLANNER), name=NODE)
-    robot = Robot()
+    robot = Robot(NODE)
+    robot.wait()
     try:
         for name in names:
             yield name, react(system, folder, robot, LISTENERS[name])

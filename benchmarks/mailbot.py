@@ -152,6 +152,13 @@ class Run:
         self._sent.append(self._client.send_goal(ROSoClingoGoal(request, [])))
         return self._sent[-1]
 
+    def begin(self, *requests: str) -> float:
+        """Sends goals, and returns the milliseconds until the first action."""
+        start = time.perf_counter()
+        for request in requests:
+            self.ask_for(request)
+        return (self.action()[0] - start) * 1e3
+
     def say(self, source: str, value: str) -> None:
         """Sends a message."""
         self._in.publish(source, value)

@@ -17,7 +17,6 @@ import random
 import statistics
 import sys
 import tempfile
-import time
 from functools import partial
 from pathlib import Path
 from typing import Dict, List, Sequence, Tuple
@@ -25,7 +24,7 @@ from typing import Dict, List, Sequence, Tuple
 import matplotlib as mpl
 
 from harness import RESULTS, HarnessError, Report, RosSystem, Row, Samples, measure, milliseconds
-from mailbot import Grid, InProcess, Nodes, Request, deliveries
+from mailbot import Grid, InProcess, Nodes, Request, bring, deliveries
 from pddl import fast_downward
 
 INSTANCES = {
@@ -49,13 +48,10 @@ def plan_over_ros(nodes: Nodes, requests: Sequence[Request]) -> Tuple[float, int
         The milliseconds until the first action, and the steps of the plan for all requests.
     """
     run = nodes.start()
-    begin = time.perf_counter()
-    for request in requests:
-        run.send(request)
-    when, _ = run.action()
+    first = run.begin(*map(bring, requests))
     _, actions = run.plan(lambda plan: deliveries(plan) == len(requests))
     nodes.end(run)
-    return (when - begin) * 1e3, len(actions)
+    return first, len(actions)
 
 
 def plan_in_process(grid: Grid, requests: Sequence[Request]) -> Tuple[float, int]:

@@ -17,18 +17,13 @@ from pathlib import Path
 from typing import Iterator, List, Tuple
 
 import rospy
-from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
-from harness import HarnessError, Report, RosSystem, Row, Samples, resident_mebibytes, wait_for_node
-from rosclingo.ros.action_client import LowLatencyActionClient
-from rosclingo.ros.low_latency import publisher, subscriber
-from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
+from harness import HarnessError, Report, RosSystem, Row, Samples, resident_mebibytes
+from rosoclingo.msg import ROSoClingoGoal, ROSoClingoOut
+from rosoclingo_bench import PACKAGE, PLANNER, TARGETS, Actuator
 
-PACKAGE = Path(__file__).resolve().parent.parent / "rosoclingo"
-PLANNER = PACKAGE / "example" / "line.lp"
 MODE = PACKAGE / "modes" / "dynamic.incremental.dyn_reset.lp"
-TARGETS = (6, 1)  # from one end of the line to the other
 STEPS_OF_A_GOAL = 5
 
 RECORDED_STEP = 1000.0  # ms that a step takes a real robot, at the least
@@ -40,26 +35,12 @@ _TIMEOUT_SECONDS = 60.0
 _PROGRESS = re.compile(r"replay: (\d+) of (\d+) inputs")
 
 
-class Robot:
+class Robot(Actuator):
     """Answers each action at once, and sends goals one after the other."""
 
-    def __init__(self) -> None:
-        self._ends: queue.Queue[ClientGoalHandle] = queue.Queue()
-        self._in = publisher("/rosoclingo/in", ROSoClingoIn)
-        self._out = subscriber(
-            "/rosoclingo/out", ROSoClingoOut, lambda action: self._in.publish(action.id, "success")
-        )
-        self._client = LowLatencyActionClient("/rosoclingo", ROSoClingoAction)
+    QUEUE = 10_000
 
-    def wait(self) -> None:
-        """Waits until rosoclingo is there.
-
-        Raises:
-            HarnessError: It did not come.
-        """
-        wait_for_node(self._client, self._in, self._out)
-
-    def execute(self, goals: int) -> None:
+    def execute_goals(self, goals: int) -> None:
         """Executes so many goals.
 
         Raises:
@@ -69,15 +50,14 @@ class Robot:
             request = f"visit({TARGETS[number % len(TARGETS)]})"
             handle = self._client.send_goal(ROSoClingoGoal(request, []), self._on_transition, None)
             try:
-                self._ends.get(timeout=_TIMEOUT_SECONDS)
+                self._events.get(timeout=_TIMEOUT_SECONDS)
             except queue.Empty:
                 raise HarnessError(f"{request} did not end") from None
             if handle.get_terminal_state() != GoalStatus.SUCCEEDED:
                 raise HarnessError(f"{request} did not succeed: {handle.get_goal_status_text()}")
 
-    def _on_transition(self, handle: ClientGoalHandle) -> None:
-        if handle.get_comm_state() == CommState.DONE:
-            self._ends.put(handle)
+    def _on_action(self, action: ROSoClingoOut) -> None:
+        self._in.publish(action.id, "success")
 
 
 def record(bag: Path, steps: int) -> None:
@@ -91,9 +71,9 @@ def record(bag: Path, steps: int) -> None:
             system.rosrun("rosclingo", "run.py", "-f", str(PLANNER), name="planner")
             system.rosrun("rosoclingo", "record.py", "-o", str(bag), name="record")
             system.rosrun("rosoclingo", "run.py", name="rosoclingo")
-            robot = Robot()
+            robot = Robot("/rosoclingo")
             robot.wait()
-            robot.execute(steps // STEPS_OF_A_GOAL)
+            robot.execute_goals(steps // STEPS_OF_A_GOAL)
             system.end("record")
         finally:
             rospy.signal_shutdown("recorded")

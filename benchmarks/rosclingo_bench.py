@@ -19,8 +19,7 @@ import rospy
 
 from harness import (
     HarnessError,
-    Report,
-    RosSystem,
+    Measurements,
     Row,
     Samples,
     measure,
@@ -83,20 +82,8 @@ class _StopSoon:
         return self.time > self._due
 
 
-class Bench:
+class Bench(Measurements):
     """The measurements, each on a node of its own."""
-
-    def __init__(self, system: RosSystem, folder: Path, report: Report) -> None:
-        """Measures nothing yet.
-
-        Args:
-            system: Where the nodes run.
-            folder: Where encodings are written.
-            report: Where the rows go.
-        """
-        self._system = system
-        self._folder = folder
-        self._report = report
 
     def run(self) -> None:
         """Measures everything."""
@@ -114,15 +101,15 @@ class Bench:
             Client(f"idle{number}").wait(10)
             time.sleep(1)
             sizes.append(resident_mebibytes(pid))
-            self._system.end(f"idle{number}")
+            self.system.end(f"idle{number}")
         samples = Samples("MiB", tuple(sizes))
         largest = samples.percentile99
-        self._report.add(Row("memory of an idle node", None, samples, "p99", largest, "MiB", 80))
+        self.report.add(Row("memory of an idle node", None, samples, "p99", largest, "MiB", 80))
 
     def _control(self) -> None:
         engine, client = self._pair("control", self._file("trivial.lp", TRIVIAL))
-        self._system.start("echo", [sys.executable, str(Path(__file__).with_name("echo_node.py"))])
-        self._system.node_pid("echo")
+        self.system.start("echo", [sys.executable, str(Path(__file__).with_name("echo_node.py"))])
+        self.system.node_pid("echo")
         rospy.wait_for_service("echo/control", 10)
         bare_service = rospy.ServiceProxy("echo/control", ROSClingoControl, persistent=True)
         command = AssignExternal("e", Truth.TRUE)
@@ -134,22 +121,22 @@ class Bench:
             lambda: client.control(command),
             lambda: bare_service(text),
         )
-        self._report.add(Row("bare rospy service", None, bare))
-        self._report.add(_median_row("control request", base, ros, 0.5))
+        self.report.add(Row("bare rospy service", None, bare))
+        self.report.add(_median_row("control request", base, ros, 0.5))
         bare_service.close()
-        self._system.end("echo")
-        self._system.end("control")
+        self.system.end("echo")
+        self.system.end("control")
 
     def _goal(self) -> None:
         engine, client = self._pair("goal", self._file("trivial.lp", TRIVIAL))
         base, ros = side_by_side(
             1000, 100, lambda: _found(engine.solve(), 1), lambda: _found(client.solve(), 1)
         )
-        self._report.add(_median_row("trivial goal", base, ros, 3))
+        self.report.add(_median_row("trivial goal", base, ros, 3))
         # Not p99 - p99: noise in process must not excuse anything.
         tail = ros.percentile99 - base.median
-        self._report.add(Row("trivial goal, tail", base, ros, "p99 - median", tail, "ms", 15))
-        self._system.end("goal")
+        self.report.add(Row("trivial goal, tail", base, ros, "p99 - median", tail, "ms", 15))
+        self.system.end("goal")
 
     def _blocks_world(self) -> None:
         engine, client = self._pair(
@@ -165,8 +152,8 @@ class Bench:
         )
         horizons = steps + 1  # a plan of n steps is found at horizon n, the first being 0
         row = _median_row("blocks world, per horizon", base / horizons, ros / horizons, 3)
-        self._report.add(row)
-        self._system.end("blocks")
+        self.report.add(row)
+        self.system.end("blocks")
 
     def _large_answer_set(self) -> None:
         engine, client = self._pair("large", self._file("large.lp", LARGE))
@@ -175,8 +162,8 @@ class Bench:
         )
         ratio = ros.median / base.median
         name = f"answer set of {ATOMS:,} atoms"
-        self._report.add(Row(name, base, ros, "median / median", ratio, "x", 2))
-        self._system.end("large")
+        self.report.add(Row(name, base, ros, "median / median", ratio, "x", 2))
+        self.system.end("large")
 
     def _ends_of_a_search(self) -> None:
         """Ends a search of minutes: 20 times by a cancel request, 5 times by Ctrl-C."""
@@ -189,11 +176,11 @@ class Bench:
             cancels.append((time.monotonic() - stop.time) * 1000)
             if not outcome.interrupted:
                 raise HarnessError(f"the search ended by itself: {outcome}")
-        self._system.end("cancel")
+        self.system.end("cancel")
         samples = Samples("ms", tuple(cancels))
         name = "cancel of a search"
-        self._report.add(Row(name, None, samples, "median", samples.median, "ms", 100))
-        self._report.add(Row(f"{name}, worst", None, samples, "max", max(cancels), "ms", 300))
+        self.report.add(Row(name, None, samples, "median", samples.median, "ms", 100))
+        self.report.add(Row(f"{name}, worst", None, samples, "max", max(cancels), "ms", 300))
 
         ends = []
         for number in range(5):
@@ -203,22 +190,22 @@ class Bench:
                 gone = pool.submit(client.solve)
                 time.sleep(1)
                 begin = time.monotonic()
-                self._system.end(name)
+                self.system.end(name)
                 ends.append((time.monotonic() - begin) * 1000)
                 if not isinstance(gone.exception(10), RosclingoError):
                     raise HarnessError("the client did not learn that the node is gone")
         samples = Samples("ms", tuple(ends))
         name = "Ctrl-C during a search, worst"
-        self._report.add(Row(name, None, samples, "max", max(ends), "ms", 2000))
+        self.report.add(Row(name, None, samples, "max", max(ends), "ms", 2000))
 
     def _file(self, name: str, program: str) -> Path:
-        file = self._folder / name
+        file = self.folder / name
         file.write_text(program)
         return file
 
     def _node(self, name: str, *files: Path) -> int:
         arguments = [argument for file in files for argument in ("-f", str(file))]
-        return self._system.rosrun("rosclingo", "run.py", *arguments, name=name)
+        return self.system.rosrun("rosclingo", "run.py", *arguments, name=name)
 
     def _pair(self, name: str, *files: Path, ground: bool = True) -> Tuple[InProcess, Client]:
         """Makes the same solver twice: here, and in a node."""

@@ -21,8 +21,7 @@ from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 
 from harness import (
     HarnessError,
-    Report,
-    RosSystem,
+    Measurements,
     Row,
     Samples,
     measure,
@@ -67,6 +66,8 @@ status(ID,succeeded,t) :- event(ID,_,t).
 class Actuator:
     """The robot, and the client that gives it goals."""
 
+    QUEUE = 1  # messages that wait for the connection
+
     def __init__(self, name: str) -> None:
         """Opens the connections to a rosoclingo node.
 
@@ -74,7 +75,9 @@ class Actuator:
             name: The node's name.
         """
         self._events: queue.Queue[Tuple[bool, float]] = queue.Queue()  # whether it is an action
-        self._in = rospy.Publisher(f"{name}/in", ROSoClingoIn, tcp_nodelay=True, queue_size=1)
+        self._in = rospy.Publisher(
+            f"{name}/in", ROSoClingoIn, tcp_nodelay=True, queue_size=self.QUEUE
+        )
         self._out = rospy.Subscriber(
             f"{name}/out", ROSoClingoOut, self._on_action, tcp_nodelay=True
         )
@@ -88,6 +91,12 @@ class Actuator:
             HarnessError: It did not come.
         """
         wait_for_node(self._client, self._in, self._out)
+
+    def close(self) -> None:
+        """Closes the connections, before another node of this name starts."""
+        self._in.unregister()
+        self._out.unregister()
+        self._client.stop()
 
     def execute(self, request: str) -> Tuple[List[Interval], float]:
         """Executes a goal, and answers each of its actions.
@@ -209,20 +218,8 @@ class Execution:
     memory: List[float] = field(default_factory=list)
 
 
-class Bench:
+class Bench(Measurements):
     """The measurements."""
-
-    def __init__(self, system: RosSystem, folder: Path, report: Report) -> None:
-        """Measures nothing yet.
-
-        Args:
-            system: Where the nodes run.
-            folder: Where logs are written.
-            report: Where the rows go.
-        """
-        self._system = system
-        self._folder = folder
-        self._report = report
 
     def run(self) -> None:
         """Measures everything."""
@@ -241,33 +238,33 @@ class Bench:
         rest = [all_ - own for all_, own in zip(ros.values, planner.values)]
         value = statistics.median(rest)
         name = f"reaction, {name}"
-        self._report.add(Row(name, planner, ros, "median of the rest", value, "ms", limit))
+        self.report.add(Row(name, planner, ros, "median of the rest", value, "ms", limit))
 
     def _many_goals(self, name: str, execution: Execution) -> None:
         steps = Samples("ms", tuple(execution.steps))
         first, last = Samples("ms", steps.values[:10]), Samples("ms", steps.values[-10:])
         ratio = last.median / first.median
         name = f"{len(steps.values)} goals, {name}"
-        self._report.add(
+        self.report.add(
             Row(f"{name}, time per step", None, steps, "last 10 / first 10", ratio, "x", 1.5)
         )
         memory = Samples("MiB", tuple(execution.memory[9:]))
         growth = memory.values[-1] - memory.values[0]
-        self._report.add(
+        self.report.add(
             Row(f"{name}, memory", None, memory, "last - 10th", growth, "MiB", GROWTH_MEBIBYTES)
         )
 
     def _interruptions(self) -> None:
         """Measures how soon a goal ends a search that would go on for minutes."""
-        encoding = self._folder / "hard.lp"
+        encoding = self.folder / "hard.lp"
         encoding.write_text(HARD)
         mode = str(PACKAGE / "modes" / f"{RECORDING}.lp")
-        self._system.rosrun(
+        self.system.rosrun(
             "rosclingo", "run.py", "-f", mode, "-c", "steps=60", name="hard_controller"
         )
-        self._system.rosrun("rosclingo", "run.py", "-f", str(encoding), name="hard_planner")
+        self.system.rosrun("rosclingo", "run.py", "-f", str(encoding), name="hard_planner")
         solvers = ("_controller:=hard_controller", "_planner:=hard_planner")
-        self._system.rosrun("rosoclingo", "run.py", *solvers, name="hard")
+        self.system.rosrun("rosoclingo", "run.py", *solvers, name="hard")
         actuator = Actuator("hard")
         actuator.wait()
         watch = SearchWatch("hard_planner")
@@ -281,26 +278,26 @@ class Bench:
             actuator.wait_for_ends(2)
         samples = Samples("ms", tuple(times))
         name = "goal interrupts a search, worst"
-        self._report.add(Row(name, None, samples, "max", max(times), "ms", 200))
+        self.report.add(Row(name, None, samples, "max", max(times), "ms", 200))
 
     def _execute(self, mode: str, steps: int, goals: int, together: bool) -> Execution:
         """Executes goals in a system of its own, either one process or three nodes."""
         name = f"{mode.rpartition('.')[2]}_{'one' if together else 'three'}"
-        log = self._folder / f"{name}.json"
+        log = self.folder / f"{name}.json"
         planner = [str(TIMED_NODE), str(log), "-f", str(PLANNER)]
         controller = ["-f", str(PACKAGE / "modes" / f"{mode}.lp"), "-c", f"steps={steps}"]
         actuator = Actuator(name)
         if together:
             command = [sys.executable, *planner, "+", *controller, f"__name:={name}"]
-            self._system.start(name, command)
+            self.system.start(name, command)
             nodes = [name]
         else:
             nodes = [f"{name}_controller", f"{name}_planner", name]
-            self._system.start(nodes[1], [sys.executable, *planner, f"__name:={nodes[1]}"])
-            self._system.rosrun("rosclingo", "run.py", *controller, name=nodes[0])
+            self.system.start(nodes[1], [sys.executable, *planner, f"__name:={nodes[1]}"])
+            self.system.rosrun("rosclingo", "run.py", *controller, name=nodes[0])
             solvers = (f"_controller:={nodes[0]}", f"_planner:={nodes[1]}")
-            self._system.rosrun("rosoclingo", "run.py", *solvers, name=name)
-        processes = [self._system.node_pid(node) for node in nodes]
+            self.system.rosrun("rosoclingo", "run.py", *solvers, name=name)
+        processes = [self.system.node_pid(node) for node in nodes]
         actuator.wait()
         execution = Execution()
         reactions: List[Interval] = []
@@ -311,7 +308,7 @@ class Bench:
             execution.steps.append(step)
             execution.memory.append(sum(map(resident_mebibytes, processes)))
         for node in reversed(nodes):
-            self._system.end(node)
+            self.system.end(node)
         busy = json.loads(log.read_text())
         execution.reactions = [(end - begin) * 1e3 for begin, end in reactions]
         execution.planner = [_overlap(reaction, busy) * 1e3 for reaction in reactions]

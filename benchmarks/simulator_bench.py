@@ -9,11 +9,9 @@ and its transforms.
 from __future__ import annotations
 
 import itertools
-import os
 import statistics
 import sys
 import time
-from pathlib import Path
 from typing import List, Optional
 
 import rospy
@@ -25,7 +23,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from harness import HarnessError, Report, RosSystem, Row, Samples
+from harness import HarnessError, Report, RosSystem, Row, Samples, processor_seconds
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.low_latency import subscriber
 
@@ -109,12 +107,6 @@ class Driver:
         self.time = message.clock.to_sec()
 
 
-def cpu_seconds(pid: int) -> float:
-    """Returns how long a process has used a core so far."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 def measure(system: RosSystem, report: Report, physics: str, speed: float, drives: bool) -> None:
     """Measures a simulator of its own.
 
@@ -137,10 +129,10 @@ def measure(system: RosSystem, report: Report, physics: str, speed: float, drive
     loads: List[float] = []
     slowness: List[float] = []
     for _ in range(SAMPLES):
-        begin, used, simulated = time.monotonic(), cpu_seconds(pid), driver.time
+        begin, used, simulated = time.monotonic(), processor_seconds(pid), driver.time
         spend(SAMPLE_SECONDS)
         passed = time.monotonic() - begin
-        loads.append((cpu_seconds(pid) - used) / passed * 100)
+        loads.append((processor_seconds(pid) - used) / passed * 100)
         slowness.append(passed * speed / max(driver.time - simulated, 1e-9))
     about = f"{physics}, {speed:g} x real time, {'driving' if drives else 'standing'}"
     load = Samples("%", tuple(loads))

@@ -14,7 +14,7 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple, Union
 import rospy
 from nav_msgs.msg import Odometry
 
-from harness import resident_mebibytes
+from harness import processor_seconds, resident_mebibytes
 from rosclingo.ros.low_latency import publisher
 from rosoclingo.drawing.graph import MapPoint
 from rosoclingo.msg import (
@@ -250,7 +250,7 @@ class SoakWorld:
                 if pid:
                     self._watch.takes(node, resident_mebibytes(pid), self._now())
                 if pid and node in PLANNING_NODES:
-                    used[pid] = _processor_seconds(pid)
+                    used[pid] = processor_seconds(pid)
         self._watch.uses(used, self._now())
 
     def _tell(self, value: str) -> None:
@@ -261,12 +261,6 @@ class SoakWorld:
 
     def _now(self) -> float:
         return float(rospy.Time.now().to_sec())
-
-
-def _processor_seconds(pid: int) -> float:
-    """Returns the processor time that a process has used."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _is_alive(pid: int) -> bool:

@@ -123,6 +123,14 @@ class _World(System):
         return bool(self._items)
 
 
+def write_encoding(
+    domain: Path, problem: Path, folder: str, options: Optional[ImportOptions] = None
+) -> List[str]:
+    """Imports a task into a folder, and returns the planner's files."""
+    texts = import_task(domain, problem, options or ImportOptions(name="task"))
+    return [str(f) for f in write_files(texts, Path(folder)) if f.suffix == ".lp"]
+
+
 def execute_task(domain: Path, problem: Path, kinds: Sequence[str], seed: int) -> str:
     """Executes plans for a task, and returns what is wrong; nothing if all is right."""
     task = read_domain(read_file(domain)), read_problem(read_file(problem))
@@ -130,8 +138,7 @@ def execute_task(domain: Path, problem: Path, kinds: Sequence[str], seed: int) -
     options = ImportOptions(name="task", actuators=[kind for kind in kinds if kind in known])
     validator = PlanValidator(*task)
     with tempfile.TemporaryDirectory() as place:
-        written = write_files(import_task(domain, problem, options), Path(place))
-        world = _World([str(f) for f in written if f.suffix == ".lp"], validator, seed)
+        world = _World(write_encoding(domain, problem, place, options), validator, seed)
         world.request("goal")
         try:
             failure = world.run()
@@ -144,8 +151,8 @@ def execute_task(domain: Path, problem: Path, kinds: Sequence[str], seed: int) -
 def execute_tasks(folder: Path, pattern: str, draws: int) -> int:
     """Executes plans for all tasks, and returns the exit status."""
     wrong = 0
-    for name, domain, problem in tasks(folder):
-        for seed in range(draws) if re.search(pattern, name) else ():
+    for name, domain, problem in tasks(folder, pattern):
+        for seed in range(draws):
             failure = execute_task(domain, problem, _ACTUATORS, seed)
             print(f"{name}, {seed}: {failure or 'as PDDL says'}", flush=True)
             wrong += bool(failure)
@@ -226,27 +233,33 @@ def plan_optimally(domain: Path, problem: Path, folder: Path) -> Optional[int]:
     return int(costs[-1]) if costs else None
 
 
-def validate(domain: Path, problem: Path, actions: List[str]) -> None:
-    """Executes a plan by PDDL's semantics.
+def is_valid(name: str, domain: Path, problem: Path, *plans: Planned) -> bool:
+    """Executes plans by PDDL's semantics; says why one of them is not valid, if one is not."""
+    try:
+        for plan in plans:
+            validator = PlanValidator(
+                read_domain(read_file(domain)), read_problem(read_file(problem))
+            )
+            for action in plan.actions:
+                validator.execute_term(action)
+            validator.require_goal()
+    except PddlError as err:
+        print(f"{name}: the plan is not valid: {err}")
+        return False
+    return True
 
-    Raises:
-        PddlError: It is not valid.
-    """
-    validator = PlanValidator(read_domain(read_file(domain)), read_problem(read_file(problem)))
-    for action in actions:
-        validator.execute_term(action)
-    validator.require_goal()
 
-
-def tasks(folder: Path) -> Iterator[Tuple[str, Path, Path]]:
-    """Yields the name, the domain and the problem of each task."""
+def tasks(folder: Path, pattern: str) -> Iterator[Tuple[str, Path, Path]]:
+    """Yields the name, the domain and the problem of each task whose name fits."""
     for problem in sorted(folder.glob("*/*.pddl")):
         if problem.name.endswith("domain.pddl"):
             continue
         domain = problem.with_name("domain.pddl")
         if not domain.exists():
             domain = problem.with_name(f"{problem.stem}-domain.pddl")
-        yield f"{problem.parent.name} {problem.stem}", domain.resolve(), problem.resolve()
+        name = f"{problem.parent.name} {problem.stem}"
+        if re.search(pattern, name):
+            yield name, domain.resolve(), problem.resolve()
 
 
 def measure_tasks(
@@ -257,14 +270,11 @@ def measure_tasks(
     most, least = (RATIO_WITH_SEED, SOLVED_WITH_SEED) if has_seed else (RATIO, SOLVED)
     ratios: List[float] = []
     solved = count = shorter = 0
-    is_valid = True
-    for name, domain, problem in tasks(folder):
-        if not re.search(pattern, name):
-            continue
+    all_valid = True
+    for name, domain, problem in tasks(folder, pattern):
         count += 1
         with tempfile.TemporaryDirectory() as place:
-            texts = import_task(domain, problem, ImportOptions(name="task"))
-            files = [str(f) for f in write_files(texts, Path(place)) if f.suffix == ".lp"]
+            files = write_encoding(domain, problem, place)
             both = []
             for _ in range(draws):
                 lama = plan_with_lama(domain, problem, Path(place))
@@ -278,12 +288,7 @@ def measure_tasks(
             report.add(Row(f"{name}: no plan in {SECONDS:g} s", others, None))
             ratios.append(SECONDS / min(others.values))
             continue
-        try:
-            for ours in found:
-                validate(domain, problem, ours.actions)
-        except PddlError as err:
-            print(f"{name}: the plan is not valid: {err}")
-            is_valid = False
+        all_valid &= is_valid(name, domain, problem, *found)
         solved += 1
         own = Samples("s", tuple(ours.seconds for ours in found))
         ratios.append(min(own.values) / min(others.values))
@@ -298,20 +303,17 @@ def measure_tasks(
         report.add(Row(f"{solved} of {count} solved", missing, None, "not solved",
                        (count - solved) / count, "", 1 - least))  # fmt: skip
         print(f"{shorter} of {solved} plans have at most as many actions as LAMA's")
-    return is_valid
+    return all_valid
 
 
 def measure_lengths(folder: Path, pattern: str, report: Report, seed_planner: str) -> bool:
     """Adds a row for each task, and one for all; returns whether all plans are valid."""
     count = short = cheap = known = best = 0
-    is_valid = True
-    for name, domain, problem in tasks(folder):
-        if not re.search(pattern, name):
-            continue
+    all_valid = True
+    for name, domain, problem in tasks(folder, pattern):
         count += 1
         with tempfile.TemporaryDirectory() as place:
-            texts = import_task(domain, problem, ImportOptions(name="task"))
-            files = [str(f) for f in write_files(texts, Path(place)) if f.suffix == ".lp"]
+            files = write_encoding(domain, problem, place)
             lama = plan_with_lama(domain, problem, Path(place), LENGTH_SECONDS)
             optimum = plan_optimally(domain, problem, Path(place))
             limit = SECONDS + LENGTH_SECONDS
@@ -320,11 +322,7 @@ def measure_lengths(folder: Path, pattern: str, report: Report, seed_planner: st
         if ours is None:
             report.add(Row(f"{name}: no plan", length, None))
             continue
-        try:
-            validate(domain, problem, ours.actions)
-        except PddlError as err:
-            print(f"{name}: the plan is not valid: {err}")
-            is_valid = False
+        all_valid &= is_valid(name, domain, problem, ours)
         short += len(ours.actions) <= len(lama.actions)
         cheap += ours.cost <= lama.cost
         own = Samples("actions", (float(len(ours.actions)),))
@@ -340,7 +338,7 @@ def measure_lengths(folder: Path, pattern: str, report: Report, seed_planner: st
                        (count - short) / count, "", 1 - SHORT))  # fmt: skip
         print(f"{cheap} of {count} plans cost at most as much as LAMA's")
         print(f"{best} of the {known} whose optimum is known are optimal")
-    return is_valid
+    return all_valid
 
 
 def main() -> int:
@@ -361,19 +359,15 @@ def main() -> int:
     if chosen.folder is None:
         print("no tasks: name their folder, or set PDDL_TASKS")
         return 0
+    folder, pattern = Path(chosen.folder), chosen.tasks
     if chosen.execute:
-        return execute_tasks(Path(chosen.folder), chosen.tasks, chosen.draws)
+        return execute_tasks(folder, pattern, chosen.draws)
+    report = Report("lengths" if chosen.lengths else "tasks")
     if chosen.lengths:
-        report = Report("lengths")
-        is_valid = measure_lengths(
-            Path(chosen.folder), chosen.tasks, report, chosen.seed_planner
-        )  # fmt: skip
-        return report.finish() or (0 if is_valid else 1)
-    report = Report("tasks")
-    is_valid = measure_tasks(
-        Path(chosen.folder), chosen.tasks, chosen.draws, report, chosen.seed_planner
-    )
-    return report.finish() or (0 if is_valid else 1)
+        all_valid = measure_lengths(folder, pattern, report, chosen.seed_planner)
+    else:
+        all_valid = measure_tasks(folder, pattern, chosen.draws, report, chosen.seed_planner)
+    return report.finish() or (0 if all_valid else 1)
 
 
 if __name__ == "__main__":

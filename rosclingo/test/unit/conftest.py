@@ -19,8 +19,12 @@ settings.register_profile("rosclingo", deadline=None, database=None)
 settings.load_profile("rosclingo")
 
 
+Within = Callable[[float, Callable[[], Any]], Any]
+"""Calls a function and returns its value, but fails if that takes too long, in seconds."""
+
+
 @pytest.fixture
-def within() -> Callable[[float, Callable[[], Any]], Any]:
+def within() -> Within:
     """A function that calls another and returns its value, but fails if that takes too long."""
 
     def call(seconds: float, function: Callable[[], Any]) -> Any:

@@ -9,6 +9,7 @@ from typing import Any, Callable, Dict, List, Sequence, Tuple
 
 import pytest
 from clingo import ast
+from conftest import Within
 
 from rosclingo.errors import (
     OptionsError,
@@ -664,9 +665,7 @@ class StopAfter:
 
 
 @pytest.mark.parametrize("options", [(), ("-t", "2")], ids=["one thread", "two threads"])
-def test_a_long_search_is_stopped(
-    options: Tuple[str, ...], within: Callable[[float, Callable[[], Outcome]], Outcome]
-) -> None:
+def test_a_long_search_is_stopped(options: Tuple[str, ...], within: Within) -> None:
     engine = Engine(Options(clingo=options))
     add(engine, "#external on. 1 { at(P,H) : H=1..11 } 1 :- P=1..12, on. { free }.")
     add(engine, ":- at(P,H), at(Q,H), P < Q.", "p")
@@ -683,9 +682,7 @@ def test_a_long_search_is_stopped(
         assert engine.solve([Assumption("free", True), Assumption("on", True)]) == UNSAT
 
 
-def test_searches_at_once_are_stopped_each_for_itself(
-    within: Callable[[float, Callable[[], Outcome]], Outcome],
-) -> None:
+def test_searches_at_once_are_stopped_each_for_itself(within: Within) -> None:
     first_is_over, outcomes = threading.Event(), {}
 
     def search(name: str, stopped: Callable[[], bool]) -> None:
@@ -712,9 +709,7 @@ def test_an_interrupt_that_comes_too_late_does_not_end_the_next_search(engine: E
         assert engine.solve() == sat("a")
 
 
-def test_an_interrupted_optimisation_keeps_the_best_model(
-    engine: Engine, within: Callable[[float, Callable[[], Outcome]], Outcome]
-) -> None:
+def test_an_interrupted_optimisation_keeps_the_best_model(engine: Engine, within: Within) -> None:
     add(engine, "{ at(P,H) : H=1..11 } 1 :- P=1..12. :- at(P,H), at(Q,H), P < Q. #show at/2.")
     add(engine, ":~ P=1..12, not at(P,_). [1,P]", "p")
     improvements: List[Improvement] = []

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Callable, List, Tuple
 
 import pytest
+from conftest import Within
 
 from rosclingo.errors import (
     ForbiddenError,
@@ -49,6 +50,18 @@ def policy_of(folder: Path) -> Policy:
     return Policy(load_path=(str(folder),))
 
 
+@pytest.fixture
+def engine(allowed: Path) -> Engine:
+    """A solver that loads files from that folder."""
+    return Engine(Options(), policy_of(allowed))
+
+
+@pytest.fixture
+def scripting() -> Engine:
+    """A solver that runs scripts of clients."""
+    return Engine(Options(), Policy(allow_scripts=True))
+
+
 def facts(engine: Engine, *parts: str) -> Tuple[str, ...]:
     """Grounds parts, solves, and returns what is shown."""
     engine.apply(Ground(tuple(Part(part) for part in parts or ("base",))))
@@ -69,8 +82,7 @@ OUTSIDE = [
 
 
 @pytest.mark.parametrize("path", OUTSIDE)
-def test_load_from_outside_is_refused(path: str, allowed: Path) -> None:
-    engine = Engine(Options(), policy_of(allowed))
+def test_load_from_outside_is_refused(path: str, allowed: Path, engine: Engine) -> None:
     for name in (str(allowed / path), f"../allowed/{path}"):
         with pytest.raises(ForbiddenError, match="outside of the folders") as caught:
             engine.apply(Load(name))
@@ -80,8 +92,7 @@ def test_load_from_outside_is_refused(path: str, allowed: Path) -> None:
 
 
 @pytest.mark.parametrize("path", OUTSIDE)
-def test_include_of_a_file_outside_is_refused(path: str, allowed: Path) -> None:
-    engine = Engine(Options(), policy_of(allowed))
+def test_include_of_a_file_outside_is_refused(path: str, allowed: Path, engine: Engine) -> None:
     including = write(allowed / "including.lp", f'a.\n#include "{path}".')
     through = write(allowed / "sub" / "through.lp", '#include "../including.lp".')
     for command in (
@@ -97,8 +108,7 @@ def test_include_of_a_file_outside_is_refused(path: str, allowed: Path) -> None:
     assert facts(engine) == ()
 
 
-def test_includes_that_cannot_be_read_beforehand_are_refused(allowed: Path) -> None:
-    engine = Engine(Options(), policy_of(allowed))
+def test_includes_that_cannot_be_read_beforehand_are_refused(allowed: Path, engine: Engine) -> None:
     secret = allowed.parent / "secret.lp"
     for text in (
         f'#script (python) "\n#end.\n#include "{secret}".',
@@ -115,15 +125,13 @@ def test_includes_that_cannot_be_read_beforehand_are_refused(allowed: Path) -> N
     "text",
     ['#include "../work/a.lp".', '#include "a.lp".', '#include "missing.lp".'],
 )
-def test_an_included_file_that_is_not_there(text: str, allowed: Path) -> None:
-    engine = Engine(Options(), policy_of(allowed))
+def test_an_included_file_that_is_not_there(text: str, engine: Engine) -> None:
     with pytest.raises(ProgramError, match="1:1"):
         engine.apply(Add("p", (), text))
     assert facts(engine) == ()
 
 
-def test_what_is_inside_is_loaded(allowed: Path) -> None:
-    engine = Engine(Options(), policy_of(allowed))
+def test_what_is_inside_is_loaded(allowed: Path, engine: Engine) -> None:
     engine.apply(Load(str(allowed / "sub" / "inside.lp")))
     engine.apply(Load("../allowed/start.lp"))
     write(allowed / "a.lp", 'a. #include "sub/b.lp".')
@@ -133,17 +141,15 @@ def test_what_is_inside_is_loaded(allowed: Path) -> None:
     assert facts(engine) == ("a", "b", "c", "inside", "start")
 
 
-def test_a_link_to_what_is_inside_is_followed(allowed: Path) -> None:
+def test_a_link_to_what_is_inside_is_followed(allowed: Path, engine: Engine) -> None:
     (allowed / "sub" / "link.lp").symlink_to(allowed / "start.lp")
-    engine = Engine(Options(), policy_of(allowed))
     engine.apply(Load(str(allowed / "sub" / "link.lp")))
     assert facts(engine) == ("start",)
 
 
-def test_files_that_include_each_other(allowed: Path) -> None:
+def test_files_that_include_each_other(allowed: Path, engine: Engine) -> None:
     write(allowed / "a.lp", 'a. #include "b.lp".')
     write(allowed / "b.lp", 'b. #include "a.lp".')
-    engine = Engine(Options(), policy_of(allowed))
     engine.apply(Load(str(allowed / "a.lp")))
     assert facts(engine) == ("a", "b")
 
@@ -170,20 +176,18 @@ def test_a_trusted_file_may_include_anything(allowed: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["missing.lp", "sub", "", "-", "x" * 5000])
-def test_load_of_what_is_no_file(name: str, allowed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_load_of_what_is_no_file(
+    name: str, allowed: Path, engine: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(allowed)
-    engine = Engine(Options(), policy_of(allowed))
     with pytest.raises(ProgramError, match="there is no file"):
         engine.apply(Load(name))
     assert facts(engine) == ()
 
 
-def test_a_pipe_does_not_block(
-    allowed: Path, within: Callable[[float, Callable[[], object]], object]
-) -> None:
+def test_a_pipe_does_not_block(allowed: Path, engine: Engine, within: Within) -> None:
     pipe = allowed / "pipe.lp"
     os.mkfifo(pipe)  # nobody writes to it
-    engine = Engine(Options(), policy_of(allowed))
 
     def load() -> List[str]:
         said = []
@@ -197,14 +201,12 @@ def test_a_pipe_does_not_block(
 
 
 @pytest.mark.parametrize("name", ["a\0.lp", "\ud800.lp"], ids=ascii)
-def test_load_of_a_name_that_no_file_can_have(name: str, allowed: Path) -> None:
-    engine = Engine(Options(), policy_of(allowed))
+def test_load_of_a_name_that_no_file_can_have(name: str, engine: Engine) -> None:
     with pytest.raises(RosclingoError):
         engine.apply(Load(name))
 
 
-def test_a_file_with_bad_content(allowed: Path) -> None:
-    engine = Engine(Options(), policy_of(allowed))
+def test_a_file_with_bad_content(allowed: Path, engine: Engine) -> None:
     for text, reason in (("a.\nb :- .c", "2:"), ("a\0.", "NUL"), ("a(" + "f(" * 9999, "nests")):
         path = write(allowed / "bad.lp", text)
         with pytest.raises(ProgramError, match=reason) as caught:
@@ -218,8 +220,7 @@ def test_a_file_with_bad_content(allowed: Path) -> None:
 SCRIPT = "#script (python)\nfrom clingo import Number\ndef f(): return Number(42)\n#end.\n"
 
 
-def test_a_script_of_a_client_is_refused(allowed: Path) -> None:
-    engine = Engine(Options(), policy_of(allowed))
+def test_a_script_of_a_client_is_refused(allowed: Path, engine: Engine) -> None:
     path = write(allowed / "script.lp", "s.\n" + SCRIPT)
     for command, place in (
         (Add("p", (), SCRIPT), "<string>:1:1"),
@@ -235,8 +236,7 @@ def test_a_script_of_a_client_is_refused(allowed: Path) -> None:
     assert facts(engine, "p", "base") == ()
 
 
-def test_a_script_does_not_run_while_it_is_refused(allowed: Path) -> None:
-    engine = Engine(Options(), policy_of(allowed))
+def test_a_script_does_not_run_while_it_is_refused(allowed: Path, engine: Engine) -> None:
     mark = allowed / "ran"
     with pytest.raises(ForbiddenError):
         engine.apply(Add("p", (), f"#script (python)\nopen({str(mark)!r}, 'w')\n#end."))
@@ -252,38 +252,34 @@ def test_a_script_runs_when_it_is_allowed(allowed: Path) -> None:
     assert facts(engine) == ("b(42)",)
 
 
-def test_scripts_are_forgotten_at_a_restart() -> None:
-    engine = Engine(Options(), Policy(allow_scripts=True))
-    engine.apply(Add("p", (), SCRIPT))
-    engine.apply(Restart())
-    engine.apply(Add("q", (), "a(@f())."))
-    assert facts(engine, "q") == ()
+def test_scripts_are_forgotten_at_a_restart(scripting: Engine) -> None:
+    scripting.apply(Add("p", (), SCRIPT))
+    scripting.apply(Restart())
+    scripting.apply(Add("q", (), "a(@f())."))
+    assert facts(scripting, "q") == ()
 
 
-def test_a_script_that_fails(allowed: Path) -> None:
-    engine = Engine(Options(), Policy(allow_scripts=True))
+def test_a_script_that_fails(scripting: Engine) -> None:
     with pytest.raises(ProgramError, match="ZeroDivisionError"):
-        engine.apply(Add("p", (), "#script (python)\n1/0\n#end."))
-    engine.apply(Restart())
-    engine.apply(Add("p", (), "a."))
-    assert facts(engine, "p") == ("a",)
+        scripting.apply(Add("p", (), "#script (python)\n1/0\n#end."))
+    scripting.apply(Restart())
+    scripting.apply(Add("p", (), "a."))
+    assert facts(scripting, "p") == ("a",)
 
 
-def test_a_script_that_fails_leaves_nothing_behind() -> None:
-    engine = Engine(Options(), Policy(allow_scripts=True))
+def test_a_script_that_fails_leaves_nothing_behind(scripting: Engine) -> None:
     program = f"left(@f()). {SCRIPT} #script (python)\nraise ValueError('oops')\n#end. right."
     with pytest.raises(ProgramError) as caught:
-        engine.apply(Add("base", (), program))
+        scripting.apply(Add("base", (), program))
     assert str(caught.value) == "ValueError: oops"
-    engine.apply(Add("base", (), "a(@f())."))
-    assert facts(engine) == ()
+    scripting.apply(Add("base", (), "a(@f())."))
+    assert facts(scripting) == ()
 
 
-def test_a_function_that_fails_tells_no_paths() -> None:
-    engine = Engine(Options(), Policy(allow_scripts=True))
-    engine.apply(Add("p", (), SCRIPT + "a(@f(1))."))
+def test_a_function_that_fails_tells_no_paths(scripting: Engine) -> None:
+    scripting.apply(Add("p", (), SCRIPT + "a(@f(1))."))
     with pytest.raises(SolverError, match=r"clingo failed: TypeError: f\(\) takes") as caught:
-        engine.apply(Ground((Part("p"),)))
+        scripting.apply(Ground((Part("p"),)))
     assert "Traceback" not in str(caught.value)
     assert ".py" not in str(caught.value)
 

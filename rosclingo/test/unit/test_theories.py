@@ -11,6 +11,7 @@ from typing import Any, Callable, Dict, List, Tuple
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from test_engine import PIGEONS, UNSAT, add, sat
 
 from rosclingo.errors import ForbiddenError, OptionsError, ProgramError, SolverError
 from rosclingo.solver.engine import Engine
@@ -40,7 +41,6 @@ JOBS = """
 &diff { a-b } >= 2 :- not first(a).
 &diff { a-0 } >= 0. &diff { b-0 } >= 0.
 """
-PIGEONS = "1 { at(P,H) : H=1..11 } 1 :- P=1..12. :- at(P,H), at(Q,H), P < Q."
 
 
 @pytest.fixture
@@ -48,23 +48,10 @@ def engine() -> Engine:
     return Engine(Options(theory="dl"))
 
 
-def add(engine: Engine, program: str, name: str = "base") -> None:
-    """Adds a program part without parameters and grounds it."""
-    engine.apply(Add(name, (), program))
-    engine.apply(Ground((Part(name),)))
-
-
-def sat(*symbols: str) -> Outcome:
-    return Outcome(Result.SAT, False, symbols)
-
-
 def values(engine: Engine, *assumptions: Assumption) -> List[str]:
     outcome = engine.solve(assumptions)
     assert (outcome.result, outcome.interrupted) == (Result.SAT, False)
     return sorted(outcome.symbols)
-
-
-UNSAT = Outcome(Result.UNSAT)
 
 
 def test_values_are_in_the_answer_set(engine: Engine) -> None:

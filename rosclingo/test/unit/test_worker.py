@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import threading
-from typing import Callable, Iterator, List, Optional, Sequence
+from typing import Iterator, List, Optional, Sequence
 
 import pytest
+from conftest import Within
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
@@ -117,6 +118,15 @@ def worker(engine: Engine) -> Iterator[Worker]:
 def long_search(worker: Worker) -> RecordingJob:
     """Starts a search that only ends when it is told to."""
     job = RecordingJob(LONG)
+    worker.solve(job)
+    assert job.has_started.wait(TIMEOUT)
+    return job
+
+
+def held_search(worker: Worker, *names: object) -> RecordingJob:
+    """Starts one that holds the worker, so that others wait in the queue until it may start."""
+    job = RecordingJob(LONG, *names)  # type: ignore[arg-type]
+    job.may_start.clear()
     worker.solve(job)
     assert job.has_started.wait(TIMEOUT)
     return job
@@ -247,10 +257,7 @@ def test_a_job_that_was_stopped_before_its_turn_never_starts(worker: Worker) -> 
 
 def test_jobs_end_in_the_order_of_their_arrival(worker: Worker) -> None:
     history: List[str] = []
-    first = RecordingJob(LONG, history, "first")
-    first.may_start.clear()  # holds the worker, so that the others wait in the queue
-    worker.solve(first)
-    assert first.has_started.wait(TIMEOUT)
+    first = held_search(worker, history, "first")
     others = [RecordingJob(SHORT, history, name) for name in ("second", "third", "fourth")]
     for job in others:
         worker.solve(job)
@@ -270,10 +277,7 @@ def test_jobs_end_in_the_order_of_their_arrival(worker: Worker) -> None:
 
 
 def test_a_control_request_in_between_keeps_its_place(worker: Worker) -> None:
-    first = RecordingJob(LONG)
-    first.may_start.clear()
-    worker.solve(first)
-    assert first.has_started.wait(TIMEOUT)
+    first = held_search(worker)
     replies: List[Reply] = []
     asking = threading.Thread(
         target=lambda: replies.append(
@@ -310,10 +314,7 @@ def test_close(engine: Engine) -> None:
 def test_what_is_queued_when_it_closes_is_answered(engine: Engine) -> None:
     worker = Worker(engine)
     assert worker.control(SET_UP).success
-    first = RecordingJob(LONG)
-    first.may_start.clear()
-    worker.solve(first)
-    assert first.has_started.wait(TIMEOUT)
+    first = held_search(worker)
     second = RecordingJob(SHORT)
     worker.solve(second)
     worker.close()
@@ -391,9 +392,7 @@ def test_a_callback_that_fails(
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_two_callbacks_that_fail(
-    engine: Engine,
-    within: Callable[[float, Callable[[], Reply]], Reply],
-    monkeypatch: pytest.MonkeyPatch,
+    engine: Engine, within: Within, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # As when the connection to the client is gone: neither the result nor the error arrives.
     worker = Worker(engine)

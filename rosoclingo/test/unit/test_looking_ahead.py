@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 import time
 from pathlib import Path
-from typing import Any, Callable, Collection, List, Optional, Sequence
+from typing import Any, Callable, Collection, List, Sequence
 
 import pytest
 from conftest import PACKAGE, System
-from test_replay_inbox import Session, commands, replay
+from test_replay_inbox import Session, replay_alike
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
@@ -24,7 +24,6 @@ from rosclingo.wire.commands import (
     Result,
     Truth,
 )
-from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import SINGLE, make_parts
@@ -210,10 +209,7 @@ def test_a_replay_takes_what_was_found_ahead(
         planner._solver = planner._requests._solver = Slow(planner._solver, hard)
         return made
 
-    def answer(actuator: str, action: str) -> Optional[str]:
-        return "success"
-
-    recorded_run = Session(make(Inbox(), hard, AT_ONCE), answer)
+    recorded_run = Session(make(Inbox(), hard, AT_ONCE), lambda *_: "success")
     recorded_run.start()
     recorded_run.goal("g0", "visit(6)")
     recorded_run.goals["g0"].wait()
@@ -222,10 +218,7 @@ def test_a_replay_takes_what_was_found_ahead(
     found = [one.event for one in recorded if isinstance(one.event, SearchEnded)]
     assert any(one.how in (Ended.AHEAD, Ended.AHEAD_CALLED) for one in found)
     inbox = ReplayInbox(decode(encode(input_schedule(Run(recorded)))))
-    again = replay(make(inbox, [], 0.0), recorded, 0)
-    assert not compare(Run(recorded), Run(again)).differences
-    old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
-    assert new[: len(old)] == old
+    again = replay_alike(make(inbox, [], 0.0), recorded, 0)
     assert [one.event for one in again if isinstance(one.event, SearchEnded)] == found
 
 

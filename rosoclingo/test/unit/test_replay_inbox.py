@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import threading
 import time
 from dataclasses import replace
-from typing import Any, Callable, Dict, List, Optional, Sequence
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence
 
 import pytest
 from conftest import PACKAGE, TIMEOUT, RecordedGoal, System
@@ -258,6 +259,16 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
     return list(run.entries)
 
 
+def replay_alike(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
+    """Replays a run likewise, which has to be the same."""
+    again = replay(system, recorded, seed)
+    comparison = compare(Run(recorded), Run(again))
+    assert not comparison.differences, text_report.describe(comparison)
+    old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
+    assert new[: len(old)] == old
+    return again
+
+
 @pytest.mark.costly
 @pytest.mark.long
 @pytest.mark.parametrize(
@@ -289,11 +300,7 @@ def test_a_replay_is_the_same(
     requests = {"requests": ["make(chair)"]} if mode == "busy" else {}
     recorded = record(slow(first, seed), seed, **requests)
     second = make(ReplayInbox(input_schedule(Run(recorded))))
-    again = replay(slow(second, seed), recorded, seed)
-    comparison = compare(Run(recorded), Run(again))
-    assert not comparison.differences, text_report.describe(comparison)
-    old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
-    assert new[: len(old)] == old
+    replay_alike(slow(second, seed), recorded, seed)
     assert second.loop.state.externals.true == first.loop.state.externals.true
 
 
@@ -324,11 +331,22 @@ class Waits:
 
     def __init__(self) -> None:
         self.count = 0
-        self.seen = threading.Event()
+        self._seen = threading.Event()
 
     def __call__(self) -> None:
         self.count += 1
-        self.seen.set()
+        self._seen.set()
+
+    @contextlib.contextmanager
+    def during(self, call: Callable[[Waits], None]) -> Iterator[None]:
+        """Something happens while a gate waits, which goes on then."""
+        self._seen.clear()
+        thread = threading.Thread(target=call, args=[self])
+        thread.start()
+        assert self._seen.wait(TIMEOUT)
+        yield
+        thread.join(TIMEOUT)
+        assert not thread.is_alive()
 
 
 def due(decision: int, phase: Phase, item: MessageArrived) -> ScheduledInput:
@@ -343,11 +361,8 @@ def test_it_waits_for_what_came_before_a_decision() -> None:
     gate.put(B)
     assert gate.take() == []
     assert not gate.wait(0.0)
-    thread = threading.Thread(target=lambda: gate.begin_decision(waits))
-    thread.start()
-    assert waits.seen.wait(TIMEOUT)
-    gate.put(A)
-    thread.join(TIMEOUT)
+    with waits.during(gate.begin_decision):
+        gate.put(A)
     assert gate.take() == [A, B]
     assert waits.count == 1
 
@@ -360,14 +375,9 @@ def test_it_waits_until_nodes_are_killed() -> None:
     gate, waits = ReplayInbox([kills[0], due(0, Phase.BEFORE, A), kills[1]]), Waits()
     gate.put(A)
     for ends, items in ((gate.go_on, [A]), (gate.open, [])):
-        waits.seen.clear()
-        thread = threading.Thread(target=lambda: gate.begin_decision(waits))
-        thread.start()
-        assert waits.seen.wait(TIMEOUT)
-        assert gate.take() == []
-        ends()
-        thread.join(TIMEOUT)
-        assert not thread.is_alive()
+        with waits.during(gate.begin_decision):
+            assert gate.take() == []
+            ends()
         assert gate.take() == items
         gate.begin_command(waits)
     assert waits.count == 2
@@ -397,19 +407,14 @@ def test_what_a_command_took_is_there_when_it_begins() -> None:
     gate.begin_decision(waits)
     gate.put(A)
     assert gate.take() == []
-    thread = threading.Thread(target=lambda: gate.begin_command(waits))
-    thread.start()
-    assert waits.seen.wait(TIMEOUT)
-    gate.put(B)
-    thread.join(TIMEOUT)
+    with waits.during(gate.begin_command):
+        gate.put(B)
     assert gate.take() == [A, B]
 
 
 def test_what_came_while_the_loop_waited_comes_one_by_one() -> None:
-    gate, waits = (
-        ReplayInbox([due(0, Phase.WAIT, A), due(0, Phase.WAIT, B), due(1, Phase.WAIT, A)]),
-        Waits(),
-    )
+    dues = [due(0, Phase.WAIT, A), due(0, Phase.WAIT, B), due(1, Phase.WAIT, A)]
+    gate, waits = ReplayInbox(dues), Waits()
     gate.begin_decision(waits)
     gate.begin_command(waits)
     gate.put(A)
@@ -430,15 +435,11 @@ def test_what_came_while_the_loop_waited_comes_one_by_one() -> None:
 def test_a_goal_is_recalled_when_it_was() -> None:
     goal = RecordedGoal("visit(1)")
     goal.id = "g"
-    gate, waits = (
-        ReplayInbox(
-            [
-                ScheduledInput(1, Phase.BEFORE, ScheduledKind.RECALL, "g"),
-                ScheduledInput(2, Phase.BEFORE, ScheduledKind.CANCEL, "g"),
-            ]
-        ),
-        Waits(),
-    )
+    dues = [
+        ScheduledInput(step, Phase.BEFORE, kind, "g")
+        for step, kind in ((1, ScheduledKind.RECALL), (2, ScheduledKind.CANCEL))
+    ]
+    gate, waits = ReplayInbox(dues), Waits()
     gate.cancel(goal)
     gate.begin_decision(waits)
     assert gate.take() == []
@@ -473,17 +474,9 @@ def test_nothing_is_held_back_for_ever(how: str) -> None:
     gate, waits = ReplayInbox(dues), Waits()
     gate.put(B)
     gate.cancel(goal)
-    thread = threading.Thread(target=lambda: gate.begin_decision(waits))
-    thread.start()
-    assert waits.seen.wait(TIMEOUT)
-    if how == "open":
-        gate.open()
-    elif how == "end":
-        gate.end("no plan")
-    else:
-        gate.close()
-    thread.join(TIMEOUT)
-    assert not thread.is_alive()
+    ways = {"open": gate.open, "end": lambda: gate.end("no plan"), "close": gate.close}
+    with waits.during(gate.begin_decision):
+        ways[how]()
     if how != "close":
         assert gate.take() == [B, Cancel(goal)]
         assert goal.words == ["canceled"]
@@ -523,12 +516,8 @@ def test_what_was_taken_when_the_loop_had_ended() -> None:
         gate.begin_decision(waits)
         gate.begin_command(waits)
     assert not waits.count
-    thread = threading.Thread(target=lambda: gate.begin_end(waits))
-    thread.start()
-    assert waits.seen.wait(TIMEOUT)
-    gate.put(MessageArrived("robot", "success"))
-    thread.join(TIMEOUT)
-    assert not thread.is_alive()
+    with waits.during(gate.begin_end):
+        gate.put(MessageArrived("robot", "success"))
     gate.end("no plan")
     assert gate.take() == [MessageArrived("robot", "success")]
 

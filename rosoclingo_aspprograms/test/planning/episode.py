@@ -120,3 +120,21 @@ class Episode(System):
         """
         self._turn = turn or super().turn
         return self.run()
+
+    def answering(self, answer: Callable[[str], Optional[str]]) -> Callable[[], bool]:
+        """Returns turns in which what the mailbot does is answered, by default with success."""
+
+        def turn() -> bool:
+            if not self.acting:
+                return False
+            value = answer(self.acting["mailbot"])
+            self.answer("mailbot", value or "success")
+            return True
+
+        return turn
+
+
+def walk(*parts: str) -> List[str]:
+    """Returns actions: those in brackets as they are, and a go to each of the other words."""
+    words = " ".join(parts).split()
+    return [word if "(" in word else f"go({word})" for word in words]

@@ -15,7 +15,7 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumed, Improvement, Outcome, Result
 from rosoclingo.loop.planner.neighbourhoods import Neighbourhood, says_choices
 from rosoclingo.loop.planner.planner import Planner
-from rosoclingo.loop.values.atoms import Plan, event
+from rosoclingo.loop.values.atoms import Action, Plan, event
 
 FOLDER = Path(__file__).parents[2] / "mailbot"
 SIDE = 8
@@ -70,6 +70,13 @@ class Office:
 
     def ask(self, first: int, last: int, step: int = 0) -> None:
         self.tell([(str(slot), self.requests[slot - 1]) for slot in range(first, last + 1)], step)
+
+    def execute(self, plan: Plan, step: int, lost: str = "") -> List[Action]:
+        """Has what is planned for a step done; of a robot that is lost, nobody knows."""
+        now = plan.actions(step)
+        self.tell([("commit", f"do({a.actuator},{a.name})") for a in now], step)
+        self.tell([(a.actuator, "unknown" if a.actuator == lost else "success") for a in now], step)
+        return now
 
     def plan(self, step: int = 0) -> Plan:
         outcome = self.planner.search(step, 10_000, lambda: False)

@@ -110,6 +110,17 @@ MISTAKES = {  # what is changed, what check.py says of which line, and why there
 }  # fmt: skip
 
 
+def why(
+    options: Options, event: str = "", *, request: str = "bring(a,b)", seconds: float = 20
+) -> str:
+    """Returns why a request waits, after another event."""
+    told = [event] if event else []
+    situation = Situation(
+        (*told, f"event(1,{request},0)"), last=20, goals=(("1", request),), tells=True
+    )
+    return Explainer(options, situation, seconds=seconds).goal("1").text
+
+
 def write(folder: Path, old: str = "", new: str = "") -> Options:
     assert old in TASK
     file = folder / "task.lp"
@@ -121,18 +132,15 @@ def write(folder: Path, old: str = "", new: str = "") -> Options:
 @pytest.mark.costly
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_named(mistake: str, tmp_path: Path) -> None:
-    old, new, line, text, why = MISTAKES[mistake]
+    old, new, line, text, reason = MISTAKES[mistake]
     options = write(tmp_path, old, new)
     found = list(model.look(options, read_alphabet(options)))
     said = {(one.text, int(one.place.rpartition(":")[2] or 0)) for one in found}
     assert not text or (text, line) in said
     assert all(one.is_hint for one in found)
-    if why:
-        request = "bring(a,far)" if "far" in why else "bring(a,b)"
-        told = Situation(
-            told=(f"event(1,{request},0)",), last=20, goals=(("1", request),), tells=True
-        )
-        assert why in Explainer(options, told, seconds=600).goal("1").text
+    if reason:
+        request = "bring(a,far)" if "far" in reason else "bring(a,b)"
+        assert reason in why(options, request=request, seconds=600)
 
 
 @pytest.mark.costly
@@ -151,34 +159,19 @@ def test_an_action_on_a_condition(tmp_path: Path) -> None:
     )
     assert list(model.look(options, read_alphabet(options))) == []
     options = write(tmp_path, drop, f"{drop} canceled(ID,k),")
-    told = Situation(
-        told=("event(1,bring(a,b),0)",), last=20, goals=(("1", "bring(a,b)"),), tells=True
-    )
-    assert "nothing makes thing(1) b" in Explainer(options, told, seconds=20).goal("1").text
+    assert "nothing makes thing(1) b" in why(options)
 
 
 @pytest.mark.costly
 def test_facts_have_words(tmp_path: Path) -> None:
     """The library says what a variable is; the encoding may say it better."""
     options = write(tmp_path, "request(", "says(bell(X),bell,X) :- X = (works;off).\nrequest(")
-    told = Situation(
-        told=("event(info,bell(off),0)", "event(1,bring(a,b),0)"),
-        last=20,
-        goals=(("1", "bring(a,b)"),),
-        tells=True,
-    )
-    saved = Situation(
-        told=("event(save,is(bell,off),0)", "event(1,bring(a,b),0)"),
-        last=20,
-        goals=(("1", "bring(a,b)"),),
-        tells=True,
-    )
-    assert "because info says bell(off)." in Explainer(options, told, seconds=20).goal("1").text
-    assert "because bell is off." in Explainer(options, saved, seconds=20).goal("1").text
+    saved = "event(save,is(bell,off),0)"
+    assert "because info says bell(off)." in why(options, "event(info,bell(off),0)")
+    assert "because bell is off." in why(options, saved)
     with open(options.files[0], "a", encoding="utf-8") as file:
         file.write('#program phrases. phrase("is(bell,off)", "the bell is broken").')
-    text = Explainer(options, saved, seconds=20).goal("1").text
-    assert "because the bell is broken." in text
+    assert "because the bell is broken." in why(options, saved)
 
 
 @pytest.mark.costly

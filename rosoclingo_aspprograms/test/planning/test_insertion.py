@@ -207,10 +207,7 @@ def test_a_robot_that_cannot_deliver_picks_up_nothing_else(robots: int, tmp_path
     step, plan = 1, office.plan()
     robot = next(a.actuator for a in plan.actions_from(0) if a.name == f"pickup({first})")
     while True:
-        now = plan.actions(step)
-        events = [("commit", f"do({a.actuator},{a.name})") for a in now]
-        office.tell([*events, *((a.actuator, "success") for a in now)], step)
-        if any(a.name == f"pickup({first})" for a in now):
+        if any(a.name == f"pickup({first})" for a in office.execute(plan, step)):
             break
         step, plan = step + 1, office.plan(step)
     office.tell([("info", f"blocked({destination},c({destination}))")], step)
@@ -233,16 +230,11 @@ def test_what_a_lost_robot_carries_nobody_else_delivers(tmp_path: Path) -> None:
     office.ask(1, 24)
     step, plan, carried = 1, office.plan(), ""
     while not carried:
-        now = plan.actions(step)
-        office.tell([("commit", f"do({a.actuator},{a.name})") for a in now], step)
-        office.tell([(a.actuator, "success") for a in now], step)
-        picked = [a for a in now if a.name.startswith("pickup(")]
+        picked = [a for a in office.execute(plan, step) if a.name.startswith("pickup(")]
         if picked:
             robot, carried = picked[0].actuator, picked[0].name[len("pickup(") : -1]
         step, plan = step + 1, office.plan(step)
-    now = plan.actions(step)
-    office.tell([("commit", f"do({a.actuator},{a.name})") for a in now], step)
-    office.tell([(a.actuator, "unknown" if a.actuator == robot else "success") for a in now], step)
+    office.execute(plan, step, lost=robot)
     after = office.plan(step)
     assert is_constructed(after)
     assert carried not in order(after)
@@ -257,10 +249,7 @@ def test_what_a_trapped_robot_was_to_do_others_do(last: str, tmp_path: Path) -> 
     step, plan, done = 1, office.plan(), re.compile(rf"{last}\((\d+)\)")
     trapped: List[Tuple[str, int]] = []
     while not trapped:
-        now = plan.actions(step)
-        office.tell([("commit", f"do({a.actuator},{a.name})") for a in now], step)
-        office.tell([(a.actuator, "success") for a in now], step)
-        found = [(a.actuator, done.fullmatch(a.name)) for a in now]
+        found = [(a.actuator, done.fullmatch(a.name)) for a in office.execute(plan, step)]
         trapped = [(robot, int(match[1])) for robot, match in found if match]
         step, plan = step + 1, office.plan(step)
     robot, place = trapped[0]

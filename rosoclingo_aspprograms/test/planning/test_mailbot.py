@@ -21,6 +21,7 @@ from episode import (
     SINGLE,
     STATIC,
     Episode,
+    walk,
 )
 
 from rosclingo.solver.engine import Engine
@@ -93,7 +94,7 @@ def test_scenario_1_the_blocked_corridor_is_avoided(mode: str) -> None:
     episode.announce("blocked(c3,c4)")
     episode.request("bring(o9,o14)")
     _ok(episode)
-    assert episode.actions == _walk(
+    assert episode.actions == walk(
         "c6 c5 o9", "pickup(1)", "c5 c6 open1 c1 c2 c3 o14", "deliver(1)"
     )
 
@@ -113,7 +114,7 @@ def test_scenario_2_the_robot_turns_round_when_the_corridor_is_free_again(mode: 
         return True
 
     _ok(episode, turn)
-    assert episode.actions == _walk("c6 c5 o9", "pickup(1)", "c5 c6", "c5 c4 c3 o14", "deliver(1)")
+    assert episode.actions == walk("c6 c5 o9", "pickup(1)", "c5 c6", "c5 c4 c3 o14", "deliver(1)")
 
 
 @pytest.mark.costly
@@ -123,18 +124,14 @@ def test_scenario_3_a_failure_changes_the_order_of_the_deliveries(mode: str) -> 
     first = episode.request("bring(o7,o11)")
     others = []
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        action = episode.acting["mailbot"]
+    def answer(action: str) -> str:
         if action == "go(c6)" and not others:
             others.append(episode.request("bring(o2,o3)"))
         fails = action == "go(c4)" and episode.validator.positions["mailbot"] == "c5"
-        episode.answer("mailbot", "failure" if fails else "success")
-        return True
+        return "failure" if fails else "success"
 
-    _ok(episode, turn)
-    assert episode.actions == _walk(
+    _ok(episode, episode.answering(answer))
+    assert episode.actions == walk(
         "c6 c5 c4",
         "c6 open1 c1 c2 o2",
         "pickup(2)",
@@ -149,12 +146,6 @@ def test_scenario_3_a_failure_changes_the_order_of_the_deliveries(mode: str) -> 
     assert others[0].words == ["accepted", "succeeded"]
 
 
-def _walk(*parts: str) -> List[str]:
-    """Returns actions: those in brackets as they are, and a go to each of the other words."""
-    words = " ".join(parts).split()
-    return [word if "(" in word else f"go({word})" for word in words]
-
-
 # What is documented.
 
 
@@ -165,17 +156,13 @@ def test_failed_pickups_and_deliveries_are_tried_again(mode: str) -> None:
     goal = episode.request("bring(2,1)")
     failures = {"pickup(1)": 2, "deliver(1)": 1}
 
-    def turn() -> bool:
-        action = episode.acting.get("mailbot")
-        if action is None:
-            return False
+    def answer(action: str) -> str:
         failures[action] = failures.get(action, 0) - 1
-        episode.answer("mailbot", "failure" if failures[action] >= 0 else "success")
-        return True
+        return "failure" if failures[action] >= 0 else "success"
 
-    _ok(episode, turn)
+    _ok(episode, episode.answering(answer))
     assert goal.words == ["accepted", "succeeded"]
-    assert episode.actions == _walk(
+    assert episode.actions == walk(
         "go(c(2)) go(2)",
         "pickup(1) pickup(1) pickup(1)",
         "go(c(2)) go(c(1)) go(1)",
@@ -189,15 +176,12 @@ def test_a_failed_move_blocks_the_way_for_good(mode: str) -> None:
     episode = _grid(mode)
     goals = [episode.request("bring(1,2)"), episode.request("bring(2,1)")]
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        here, action = episode.validator.positions["mailbot"], episode.acting["mailbot"]
+    def answer(action: str) -> str:
+        here = episode.validator.positions["mailbot"]
         between = {f"go({here})", action} == {"go(c(1))", "go(c(2))"}
-        episode.answer("mailbot", "failure" if between else "success")
-        return True
+        return "failure" if between else "success"
 
-    _ok(episode, turn)
+    _ok(episode, episode.answering(answer))
     assert [goal.words[-1] for goal in goals] == ["succeeded"] * 2
     # It was tried once, and the way round taken ever since.
     moves = [f"{a} {b}" for a, b in zip(episode.actions, episode.actions[1:])]
@@ -210,15 +194,11 @@ def test_cancel_before_the_pickup(mode: str) -> None:
     episode = _grid(mode)
     goal = episode.request("bring(4,1)")
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        if episode.acting["mailbot"] == "go(c(4))":
+    def answer(action: str) -> None:
+        if action == "go(c(4))":
             episode.cancel(goal)
-        episode.answer("mailbot")
-        return True
 
-    _ok(episode, turn)
+    _ok(episode, episode.answering(answer))
     assert goal.words == ["accepted", "canceled"]
     assert episode.actions[-1] == "go(c(4))"
 
@@ -229,17 +209,13 @@ def test_cancel_during_the_pickup(mode: str, outcome: str) -> None:
     episode = _grid(mode)
     goal = episode.request("bring(1,4)")
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        if episode.acting["mailbot"] == "pickup(1)":
-            episode.cancel(goal)
-            episode.answer("mailbot", outcome)
-        else:
-            episode.answer("mailbot")
-        return True
+    def answer(action: str) -> Optional[str]:
+        if action != "pickup(1)":
+            return None
+        episode.cancel(goal)
+        return outcome
 
-    _ok(episode, turn)
+    _ok(episode, episode.answering(answer))
     assert goal.words == ["accepted", "canceled"]
     expected = ["go(1)", "pickup(1)"] + (["deliver(1)"] if outcome == "success" else [])
     assert episode.actions == expected
@@ -249,20 +225,14 @@ def test_cancel_during_the_pickup(mode: str, outcome: str) -> None:
 def test_cancel_after_the_pickup_brings_the_package_back(mode: str) -> None:
     episode = _grid(mode)
     goal = episode.request("bring(1,4)")
-    after = []
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        if episode.acting["mailbot"] == "go(c(1))":
+    def answer(action: str) -> None:
+        if action == "go(c(1))":
             episode.cancel(goal)
-            after.append(list(goal.words))
-        episode.answer("mailbot")
-        return True
 
-    _ok(episode, turn)
+    _ok(episode, episode.answering(answer))
     assert goal.words == ["accepted", "canceled"]
-    assert episode.actions == _walk("go(1) pickup(1) go(c(1)) go(1) deliver(1)")
+    assert episode.actions == walk("go(1) pickup(1) go(c(1)) go(1) deliver(1)")
 
 
 @pytest.mark.costly
@@ -271,17 +241,13 @@ def test_cancel_during_the_delivery(mode: str, outcome: str) -> None:
     episode = _grid(mode)
     goal = episode.request("bring(1,2)")
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        if episode.acting["mailbot"] == "deliver(1)" and goal not in episode.cancelled:
-            episode.cancel(goal)
-            episode.answer("mailbot", outcome)
-        else:
-            episode.answer("mailbot")
-        return True
+    def answer(action: str) -> Optional[str]:
+        if action != "deliver(1)" or goal in episode.cancelled:
+            return None
+        episode.cancel(goal)
+        return outcome
 
-    _ok(episode, turn)
+    _ok(episode, episode.answering(answer))
     assert goal.words[-1] == {"success": "succeeded", "failure": "canceled"}[outcome]
 
 

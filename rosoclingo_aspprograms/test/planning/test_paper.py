@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Callable, List, Optional
+from typing import Callable, Optional
 
 import pytest
-from episode import OFFICE, PAPER, SINGLE, Episode
+from episode import OFFICE, PAPER, SINGLE, Episode, walk
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
@@ -24,17 +24,13 @@ def _run(episode: Episode, turn: Optional[Callable[[], bool]] = None) -> None:
     assert episode.warnings == []
 
 
-def _walk(text: str) -> List[str]:
-    return [word if "(" in word else f"go({word})" for word in text.split()]
-
-
 @pytest.mark.costly
 def test_scenario_1() -> None:
     episode = _office()
     episode.announce("blocked(c3,c4)")
     goal = episode.request("bring(o9,o14)")
     _run(episode)
-    assert episode.actions == _walk(
+    assert episode.actions == walk(
         "c6 c5 o9 pickup(o9,o14) c5 c6 open1 c1 c2 c3 o14 deliver(o9,o14)"
     )
     assert goal.words == ["accepted", "succeeded"]
@@ -54,7 +50,7 @@ def test_scenario_2() -> None:
         return True
 
     _run(episode, turn)
-    assert episode.actions == _walk("c6 c5 o9 pickup(o9,o14) c5 c6 c5 c4 c3 o14 deliver(o9,o14)")
+    assert episode.actions == walk("c6 c5 o9 pickup(o9,o14) c5 c6 c5 c4 c3 o14 deliver(o9,o14)")
 
 
 @pytest.mark.costly
@@ -62,17 +58,14 @@ def test_scenario_3() -> None:
     episode = _office()
     goals = [episode.request("bring(o7,o11)")]
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        if episode.acting["mailbot"] == "go(c6)" and len(goals) == 1:
+    def answer(action: str) -> str:
+        if action == "go(c6)" and len(goals) == 1:
             goals.append(episode.request("bring(o2,o3)"))
-        fails = episode.acting["mailbot"] == "go(c4)" and "go(open1)" not in episode.actions
-        episode.answer("mailbot", "failure" if fails else "success")
-        return True
+        fails = action == "go(c4)" and "go(open1)" not in episode.actions
+        return "failure" if fails else "success"
 
-    _run(episode, turn)
-    assert episode.actions == _walk(
+    _run(episode, episode.answering(answer))
+    assert episode.actions == walk(
         "c6 c5 c4 c6 open1 c1 c2 o2 pickup(o2,o3) c2 c1 o3 deliver(o2,o3) "
         "c1 c2 c3 c4 o7 pickup(o7,o11) c4 o11 deliver(o7,o11)"
     )
@@ -84,16 +77,12 @@ def test_a_package_on_the_robot_goes_back() -> None:
     episode = _office()
     goal = episode.request("bring(o1,o3)")
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        if episode.acting["mailbot"] == "pickup(o1,o3)":
+    def answer(action: str) -> None:
+        if action == "pickup(o1,o3)":
             episode.cancel(goal)
-        episode.answer("mailbot")
-        return True
 
-    _run(episode, turn)
-    assert episode.actions == _walk("c1 o1 pickup(o1,o3) deliver(o1,o3)")
+    _run(episode, episode.answering(answer))
+    assert episode.actions == walk("c1 o1 pickup(o1,o3) deliver(o1,o3)")
     assert goal.words == ["accepted", "canceled"]
 
 
@@ -102,17 +91,13 @@ def test_a_package_that_is_not_picked_up_stays() -> None:
     episode = _office()
     goals = [episode.request("bring(o1,o3)")]
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
+    def answer(action: str) -> None:
         if len(goals) == 1:
             episode.cancel(goals[0])
             goals.append(episode.request("bring(o3,o1)"))
-        episode.answer("mailbot")
-        return True
 
-    _run(episode, turn)
-    assert episode.actions == _walk("c1 o3 pickup(o3,o1) c1 o1 deliver(o3,o1)")
+    _run(episode, episode.answering(answer))
+    assert episode.actions == walk("c1 o3 pickup(o3,o1) c1 o1 deliver(o3,o1)")
     assert [goal.words[-1] for goal in goals] == ["canceled", "succeeded"]
 
 
@@ -123,18 +108,14 @@ def test_failures() -> None:
     goal = episode.request("bring(o1,o2)")
     failing = ["pickup(o1,o2)", "deliver(o1,o2)"]
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        action = episode.acting["mailbot"]
+    def answer(action: str) -> str:
         fails = action in failing
         if fails:
             failing.remove(action)
-        episode.answer("mailbot", "failure" if fails else "success")
-        return True
+        return "failure" if fails else "success"
 
-    _run(episode, turn)
-    assert episode.actions == _walk(
+    _run(episode, episode.answering(answer))
+    assert episode.actions == walk(
         "c1 o1 pickup(o1,o2) pickup(o1,o2) c1 c2 o2 deliver(o1,o2) deliver(o1,o2)"
     )
     assert goal.words == ["accepted", "succeeded"]
@@ -145,16 +126,12 @@ def test_one_of_two_requests_for_the_same_package_is_cancelled() -> None:
     episode = _office()
     goals = [episode.request("bring(o1,o3)"), episode.request("bring(o1,o3)")]
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        if episode.acting["mailbot"] == "pickup(o1,o3)":
+    def answer(action: str) -> None:
+        if action == "pickup(o1,o3)":
             episode.cancel(goals[0])
-        episode.answer("mailbot")
-        return True
 
-    _run(episode, turn)
-    assert episode.actions == _walk("c1 o1 pickup(o1,o3) c1 o3 deliver(o1,o3)")
+    _run(episode, episode.answering(answer))
+    assert episode.actions == walk("c1 o1 pickup(o1,o3) c1 o3 deliver(o1,o3)")
     assert [goal.words[-1] for goal in goals] == ["canceled", "succeeded"]
 
 
@@ -163,18 +140,14 @@ def test_a_package_on_its_way_back_is_requested_again() -> None:
     episode = _office()
     goals = [episode.request("bring(o1,o2)")]
 
-    def turn() -> bool:
-        if not episode.acting:
-            return False
-        if episode.acting["mailbot"] == "go(c2)" and len(goals) == 1:
+    def answer(action: str) -> None:
+        if action == "go(c2)" and len(goals) == 1:
             episode.cancel(goals[0])
         elif goals[0] in episode.cancelled and len(goals) == 1:
             goals.append(episode.request("bring(o1,o2)"))
-        episode.answer("mailbot")
-        return True
 
-    _run(episode, turn)
-    assert episode.actions == _walk("c1 o1 pickup(o1,o2) c1 c2 c1 c2 o2 deliver(o1,o2)")
+    _run(episode, episode.answering(answer))
+    assert episode.actions == walk("c1 o1 pickup(o1,o2) c1 c2 c1 c2 o2 deliver(o1,o2)")
     assert [goal.words[-1] for goal in goals] == ["canceled", "succeeded"]
 
 
@@ -190,7 +163,7 @@ def test_the_only_way_is_free_again_in_the_step_in_which_it_was_found_blocked(wa
     parts = make_parts(SINGLE, Options((OFFICE, PAPER)), ["-c", "steps=60"])
     simulation = DeskSimulation(parts.loop, inputs)
     assert simulation.run() is None
-    assert [action for _, action in simulation.published] == _walk(
+    assert [action for _, action in simulation.published] == walk(
         "c6 c5 o9 o9 pickup(o9,o14) c5 c4 c3 o14 deliver(o9,o14)"
     )
     assert simulation.goals[0].words == ["accepted", "succeeded"]

@@ -16,6 +16,7 @@ from rosoclingo_simulator.faults.injector import FaultInjector
 from rosoclingo_simulator.faults.reader import read_faults
 from rosoclingo_simulator.faults.schedule import report_faults
 from rosoclingo_simulator.navigation.costmap import Costmap
+from rosoclingo_simulator.navigation.estimator import PoseEstimator
 from rosoclingo_simulator.navigation.follower import Limits
 from rosoclingo_simulator.navigation.move_base import End, MoveBaseDriver
 from rosoclingo_simulator.navigation.planner import PathPlanner
@@ -86,6 +87,11 @@ class Scene:
         physics = self.robot.physics
         assert isinstance(physics, FaultyPhysics)
         return physics
+
+    @property
+    def estimator(self) -> PoseEstimator:
+        assert self.robot.estimator is not None
+        return self.robot.estimator
 
     def drive(self, goal: Pose, seconds: float = 60.0) -> End:
         """Drives to a goal, and returns how that ends."""
@@ -223,8 +229,7 @@ def test_a_carried_robot_drives_by_the_pose_that_it_believes() -> None:
     assert robot.physics.pose.x == pytest.approx(5.4, abs=0.3)
     assert robot.estimate.x - 0.7 == pytest.approx(robot.physics.pose.x - 5, abs=0.1)
     assert robot.odometry.x == pytest.approx(robot.estimate.x - WEST.x)
-    estimator = robot.estimator
-    assert estimator is not None
+    estimator = scene.estimator
     assert estimator.lost
     assert not estimator.unsure
     # It arrives where it believes, which is elsewhere; and where it sees no door, it does not.
@@ -255,8 +260,7 @@ def test_a_carried_robot_drives_by_the_pose_that_it_believes() -> None:
 @pytest.mark.parametrize("far", [50.0, 1e9, 1e308])
 def test_an_initial_pose_off_the_map_ends_drives_only(far: float) -> None:
     scene = Scene({"fault": "slip", "when": {"time": 1000}})
-    estimator = scene.robot.estimator
-    assert estimator is not None
+    estimator = scene.estimator
     assert not estimator.relocalise(Pose(far, -far, 3.0))
     with np.errstate(over="ignore"):
         assert scene.drive(Pose(2, 0.5, 0)) is End.ABORTED
@@ -267,8 +271,7 @@ def test_an_initial_pose_off_the_map_ends_drives_only(far: float) -> None:
 def test_a_robot_that_turns_around_finds_its_place_if_it_searches() -> None:
     scene = Scene({"fault": "wrong_pose", "when": {"time": 1}, "carried_to": "room"})
     robot = scene.run(2.0)
-    estimator = robot.estimator
-    assert estimator is not None
+    estimator = scene.estimator
     scene.run(8.0, 0.0, 1.0)
     assert estimator.lost  # nobody has told it to search
     before = robot.estimate
@@ -290,8 +293,7 @@ def test_a_robot_that_turns_around_finds_its_place_if_it_searches() -> None:
 
 def test_an_initial_pose_ends_a_search() -> None:
     scene = Scene({"fault": "slip", "when": {"time": 1000}})
-    estimator = scene.robot.estimator
-    assert estimator is not None
+    estimator = scene.estimator
     estimator.search()
     wrong = Pose(6, 0, 0)
     assert not estimator.relocalise(wrong)
@@ -311,9 +313,8 @@ def test_a_pose_jumps_and_comes_back() -> None:
         }
     )
     robot = scene.run(2.0)
-    pose, estimator = robot.estimate, robot.estimator
+    pose, estimator = robot.estimate, scene.estimator
     assert (pose.x, pose.y, pose.theta) == pytest.approx((1, 0, 0.5))
-    assert estimator is not None
     assert estimator.unsure
     assert robot.physics.pose == WEST
     scene.run(2.0)

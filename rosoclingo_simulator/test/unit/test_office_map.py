@@ -24,6 +24,7 @@ NARROWEST_DOOR = 1.0  # m
 
 Edge = FrozenSet[str]
 Cell = Tuple[int, int]
+Cells = Dict[str, Cell]
 
 
 def facts(name: str) -> List[List[str]]:
@@ -50,17 +51,17 @@ def gap(office: OfficeMap) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def cells(office: OfficeMap) -> Dict[str, Cell]:
+def cells(office: OfficeMap) -> Cells:
     waypoints = yaml.safe_load(WAYPOINTS.read_text())["waypoints"]
     return {name: office.cell(point["x"], point["y"]) for name, point in waypoints.items()}
 
 
-def way(cells: Dict[str, Cell], first: str, second: str) -> Tuple[np.ndarray, np.ndarray]:
+def way(cells: Cells, first: str, second: str) -> Tuple[np.ndarray, np.ndarray]:
     rows, columns = line(*cells[first], *cells[second])
     return rows, columns
 
 
-def door(cells: Dict[str, Cell], office: OfficeMap, name: str) -> np.ndarray:
+def door(cells: Cells, office: OfficeMap, name: str) -> np.ndarray:
     """Returns the cells between the two posts where the way to an office is narrowest."""
     (point,) = [a if b == name else b for a, b in CONNECTIONS if name in (a, b)]
     rows, columns = way(cells, point, name)
@@ -106,7 +107,7 @@ def test_all_that_is_free_can_be_reached(office: OfficeMap) -> None:
     ("first", "second"), [pair for pair in CONNECTIONS if CORRIDORS.issuperset(pair)]
 )
 def test_corridors_are_two_metres_wide(
-    office: OfficeMap, cells: Dict[str, Cell], first: str, second: str
+    office: OfficeMap, cells: Cells, first: str, second: str
 ) -> None:
     rows, columns = way(cells, first, second)
     across = office.free if rows[0] != rows[-1] else office.free.T
@@ -118,29 +119,27 @@ def test_corridors_are_two_metres_wide(
 
 
 @pytest.mark.parametrize("name", sorted(facts("position"), key=str))
-def test_waypoints_keep_clear_of_walls(
-    gap: np.ndarray, cells: Dict[str, Cell], name: List[str]
-) -> None:
+def test_waypoints_keep_clear_of_walls(gap: np.ndarray, cells: Cells, name: List[str]) -> None:
     assert gap[cells[name[0]]] >= CLEARANCE
 
 
 @pytest.mark.parametrize(("first", "second"), CONNECTIONS)
 def test_straight_ways_keep_clear_of_walls(
-    gap: np.ndarray, office: OfficeMap, cells: Dict[str, Cell], first: str, second: str
+    gap: np.ndarray, office: OfficeMap, cells: Cells, first: str, second: str
 ) -> None:
     # A line of pixels leaves the straight way by up to half a pixel.
     assert gap[way(cells, first, second)].min() >= CLEARANCE - office.resolution
 
 
 @pytest.mark.parametrize("name", OFFICES)
-def test_doors_are_wide_enough(office: OfficeMap, cells: Dict[str, Cell], name: str) -> None:
+def test_doors_are_wide_enough(office: OfficeMap, cells: Cells, name: str) -> None:
     width = door(cells, office, name).sum() * office.resolution
     assert NARROWEST_DOOR <= width < WIDTH
 
 
 @pytest.mark.parametrize("radius", [ROBOT, INFLATION])
 def test_inflated_walls_leave_a_way_to_every_waypoint(
-    gap: np.ndarray, cells: Dict[str, Cell], radius: float
+    gap: np.ndarray, cells: Cells, radius: float
 ) -> None:
     regions, _ = ndimage.label(gap >= radius)
     assert {int(regions[cell]) for cell in cells.values()} == {int(regions[cells["open1"]])} != {0}
@@ -148,7 +147,7 @@ def test_inflated_walls_leave_a_way_to_every_waypoint(
 
 @pytest.mark.parametrize("name", OFFICES)
 def test_an_office_has_one_door_and_no_other_way_in(
-    office: OfficeMap, cells: Dict[str, Cell], name: str
+    office: OfficeMap, cells: Cells, name: str
 ) -> None:
     closed = office.free & ~door(cells, office, name)
     regions, count = ndimage.label(closed)
@@ -171,7 +170,7 @@ class Fronts(MCP_Connect):  # type: ignore[misc] (scikit-image has no types)
 
 @pytest.mark.parametrize("radius", [0, ROBOT])
 def test_what_meets_in_a_flood_is_connected_and_nothing_else(
-    gap: np.ndarray, office: OfficeMap, cells: Dict[str, Cell], radius: float
+    gap: np.ndarray, office: OfficeMap, cells: Cells, radius: float
 ) -> None:
     free = office.free if radius == 0 else gap >= radius
     fronts = Fronts(free, list(cells))
