@@ -50,7 +50,7 @@ def watch_master() -> None:
     if is_respawned():
         names = (rospy.get_name(), _CLOCK)
         with contextlib.suppress(*_NO_ANSWER):
-            _kept.update((name, rospy.get_param(name)) for name in names if rospy.has_param(name))
+            _kept.update({name: rospy.get_param(name) for name in names if rospy.has_param(name)})
     threading.Thread(target=_watch, name="master", daemon=True).start()
 
 
