@@ -22,7 +22,7 @@ from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.journal import TERMINAL_STATUSES
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import SAVE, query
-from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Verdict
+from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, PlanQuery, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
 from rosoclingo.why.situation import Situation
 
@@ -101,18 +101,12 @@ class AssumingCopy(Copy):
         """Returns the reasons why some of these events cannot be told."""
         return [f"there is no external {atom}" for atom in events if atom not in self._declared]
 
-    def ask(
-        self,
-        told: FrozenSet[str],
-        goals: FrozenSet[str] = frozenset(),
-        demands: Tuple[Assumption, ...] = (),
-        *,
-        best: bool = False,
-    ) -> Verdict:
+    def ask(self, asked: PlanQuery, *, best: bool = False) -> Verdict:
         """Looks for a shortest plan; see :class:`.planner_copy.Copy`."""
+        told = asked.told
         self._make_free(told)
         facts = [Assumption(atom, atom in told) for atom in self._free]
-        wishes = [*self._wants(goals, told), *demands, *self._ties(())]
+        wishes = [*self._wants(asked.goals, told), *asked.demands, *self._ties(())]
         outcome = self._search([*self._asking(), *wishes, *facts], best=False)
         if outcome.result is not Result.SAT:
             core = frozenset(a.name for a in self._engine.core if a.value) & told
@@ -126,18 +120,13 @@ class AssumingCopy(Copy):
                 return Verdict(CopyAnswer.PLAN, self._plan(outcome.symbols, horizon, told))
         raise AssertionError("a plan for some horizon is none for any")
 
-    def ask_any(
-        self,
-        told: FrozenSet[str],
-        others: Sequence[Sequence[str]],
-        goals: FrozenSet[str] = frozenset(),
-        demands: Tuple[Assumption, ...] = (),
-    ) -> Verdict:
+    def ask_any(self, asked: PlanQuery, others: Sequence[Sequence[str]] = ()) -> Verdict:
         """Looks for a plan with some events and any of others; see :class:`.planner_copy.Copy`."""
+        told = asked.told
         optional = frozenset(atom for group in others for atom in group) - told
         self._make_free(told | optional)
         facts = [Assumption(atom, atom in told) for atom in self._free if atom not in optional]
-        asking = [*self._asking(), *self._wants(goals, told), *demands, *facts]
+        asking = [*self._asking(), *self._wants(asked.goals, told), *asked.demands, *facts]
         asking += self._ties([group for group in others if len(group) > 1])
         if self._search(asking, best=False).result is Result.SAT:
             return Verdict(CopyAnswer.PLAN)
