@@ -83,16 +83,17 @@ class Case:
 
     def ask(self, facts: FrozenSet[Fact], goals: Optional[FrozenSet[str]] = None) -> Verdict:
         """Searches for a plan with these facts."""
-        return self.copy.ask(self._query(facts, goals), best=facts == self.facts.all())
+        return self.copy.ask(self.query(facts, goals), best=facts == self.facts.all())
 
-    def _query(self, facts: FrozenSet[Fact], goals: Optional[FrozenSet[str]] = None) -> PlanQuery:
+    def query(self, facts: FrozenSet[Fact], goals: Optional[FrozenSet[str]] = None) -> PlanQuery:
+        """Returns what a copy is asked for a plan with these facts."""
         goals = self.goals(facts) if goals is None else goals
         return PlanQuery(atoms(facts) | self.facts.fixed, goals, self.demands)
 
     def ask_any(self, facts: FrozenSet[Fact], others: FrozenSet[Fact]) -> Optional[bool]:
         """Returns whether there is a plan with some facts, and any of others; None if not known."""
         groups = [fact.atoms for fact in sorted(others, key=str)]
-        verdict = self.copy.ask_any(self._query(facts), groups)
+        verdict = self.copy.ask_any(self.query(facts), groups)
         return None if verdict is None else verdict.answer is CopyAnswer.PLAN
 
     def explain(self, wrong: CopyAnswer) -> MinimalReason:
@@ -104,7 +105,7 @@ class Case:
         ask_any = self.ask_any if wrong is CopyAnswer.NONE else lambda facts, others: None
         reason = ReasonSearch(self.ask, self.facts, self.deadline, wrong, ask_any).run()
         if reason.is_complete and reason.has_only_goals:
-            query = self._query(reason.facts)
+            query = self.query(reason.facts)
             obstacles, doubts = (
                 self.copy.doubts(query.told) if wrong is CopyAnswer.NONE else ((), ())
             )
@@ -112,7 +113,3 @@ class Case:
                 return replace(reason, obstacles=obstacles, doubts=doubts)
             return Relaxation(self.copy, self._rules, query, wrong).add_to(reason)
         return reason
-
-    def on(self, copy: Copy) -> Verdict:
-        """Looks for a plan with all facts on another copy."""
-        return copy.ask(self._query(self.facts.all()))
