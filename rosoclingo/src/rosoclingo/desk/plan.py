@@ -68,7 +68,7 @@ def run(arguments: Sequence[str]) -> int:
     )
     desk = Desk(parts.loop, chosen)
     if profiler:
-        profiler.follow(lambda: desk.loop.state.horizon)
+        profiler.trace.horizon = lambda: desk.loop.state.horizon
     limit = BlockTimeLimit(chosen.profile_seconds, desk.close) if profiler else None
     with limit or contextlib.nullcontext(), ProgressPrinter(lambda: _place(desk, profiler)):
         failure = desk.run()
@@ -120,7 +120,7 @@ def _cut_off(chosen: argparse.Namespace, desk: Desk) -> str:
 
 
 def _place(desk: Desk, profiler: Optional[Profiler]) -> str:
-    doing = profiler.doing if profiler else ""
+    doing = profiler.trace.doing if profiler else ""
     return f"{desk.place()}, {doing}" if doing else desk.place()
 
 
