@@ -14,16 +14,9 @@ from dataclasses import replace
 from typing import FrozenSet, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import (
-    GetPrograms,
-    Improvement,
-    Outcome,
-    Part,
-    Programs,
-    Result,
-)
+from rosclingo.wire.commands import GetPrograms, Part, Programs, Result
 from rosclingo.wire.term_text import last_number, split_term
-from rosoclingo.errors import InterruptedQuestionError, QuestionError
+from rosoclingo.errors import QuestionError
 from rosoclingo.loop.values.atoms import COMMIT, PASSED, SAVE, Plan, event
 from rosoclingo.why.copy_by_regrounding import RebuildingCopy
 from rosoclingo.why.doubts import DOUBTS, OBSTACLES, doubts, one_of_each, prevents, sentence
@@ -148,23 +141,14 @@ class RetellingCopy(RebuildingCopy):
         """Returns any plan after a step: all of them have the same fluents in that step."""
         demand = self._planner.demand
         self._planner.run(*demand.prepare(step))
-        found: List[Improvement] = []
-
-        def solve() -> Outcome:
-            return self._engine.solve(
-                (), lambda: bool(found) or self.deadline.is_over(), found.append
-            )
-
-        outcome = solve()
-        if not found and outcome.result is Result.UNSAT and demand.may_relax:
+        outcome = self._solve()
+        if outcome.result is Result.UNSAT and demand.may_relax:
             self._planner.run(demand.prepare_relaxed(step))
-            outcome = solve()
-        if not found and outcome.result is Result.UNKNOWN:
-            raise InterruptedQuestionError("there was no time for an answer")
-        if not found and outcome.result is Result.UNSAT:
+            outcome = self._solve()
+        if outcome.result is Result.UNSAT:
             return None
         with self.at(step):
-            return self._plan(found[-1].symbols if found else outcome.symbols, step, told)
+            return self._plan(outcome.symbols, step, told)
 
     def _shortest(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
         """Returns the best plan, for the first horizon from a step on that has one.

@@ -9,7 +9,8 @@ import time
 from dataclasses import dataclass, replace
 from typing import AbstractSet, Callable, Dict, FrozenSet, Iterator, List, Optional, Sequence, Tuple
 
-from rosclingo.wire.commands import Assumption
+from rosclingo.solver.engine import Engine
+from rosclingo.wire.commands import Assumption, Improvement, Outcome, Result
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.journal import TERMINAL_STATUSES
@@ -138,6 +139,7 @@ class Copy(abc.ABC):
     savable: FrozenSet[str]
     step: int
     last: int
+    _engine: Engine
 
     @contextlib.contextmanager
     def up_to(self, last: int) -> Iterator[None]:
@@ -186,6 +188,23 @@ class Copy(abc.ABC):
     @abc.abstractmethod
     def unknown(self, events: Sequence[str]) -> List[str]:
         """Returns the reasons why some of these events cannot be told."""
+
+    def _solve(self, assumptions: Sequence[Assumption] = (), *, best: bool = False) -> Outcome:
+        """Searches for any answer set, or for the best one."""
+        self.deadline.check()
+        found: List[Improvement] = []
+
+        def stopped() -> bool:
+            return (bool(found) and not best) or self.deadline.is_over()
+
+        outcome = self._engine.solve(assumptions, stopped, found.append)
+        if found and not best:
+            return Outcome(Result.SAT, symbols=found[-1].symbols)
+        if outcome.result is Result.UNKNOWN:
+            if found:  # the best so far
+                return Outcome(Result.SAT, interrupted=True, symbols=found[-1].symbols)
+            raise InterruptedQuestionError("there was no time for an answer")
+        return outcome
 
     def _begins(self, told: AbstractSet[str]) -> Dict[str, int]:
         """Returns for each slot the step in which its last goal was told; 0 if it was saved."""
