@@ -31,11 +31,6 @@ class Profile:
     variables: Dict[int, Dict[str, VariableValues]]
     advice: Sequence[str]
 
-    @property
-    def largest(self) -> List[int]:
-        """The numbers of the statements with the most instances, these first."""
-        return largest(self.counts)
-
     def describe(self) -> str:
         """Returns it as text."""
         counts, horizons = self.counts, by_horizon(self.trace)
@@ -114,9 +109,10 @@ def _summary(profile: Profile, horizons: Dict[int, Horizon]) -> str:
             f"{said}\nmost goes into searches, {_percent(searching, grounding + searching)} of the "
             f"time, and of that {_percent(one.searching, searching)} into horizon {number}"
         )
-    if not profile.largest:
+    numbers = largest(counts)
+    if not numbers:
         return said
-    number = profile.largest[0]
+    number = numbers[0]
     share = _percent(total(counts.instances[number]), counts.total)
     return (
         f"{said}\nmost goes into grounding, {_percent(grounding, grounding + searching)} of the "
@@ -179,7 +175,7 @@ def _part(statement: Statement) -> str:
 
 def _statement_rows(profile: Profile) -> Iterator[Tuple[str, ...]]:
     counts = profile.counts
-    for number in profile.largest:
+    for number in largest(counts):
         statement, steps = counts.statements[number], counts.instances[number]
         in_step = counts.in_step(steps)
         variables = sorted(profile.variables.get(number, {}).items(), key=lambda v: -v[1].number)
