@@ -31,7 +31,7 @@ from rosclingo.solver.options import Options
 from rosoclingo.loop.values.atoms import Plan
 from rosoclingo.why.copy_by_replay import RetellingCopy
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.planner_copy import Deadline
+from rosoclingo.why.planner_copy import Deadline, PlanQuery
 from rosoclingo.why.situation import Situation
 
 MAILBOT = Path(__file__).resolve().parents[1] / "rosoclingo_aspprograms" / "mailbot"
@@ -95,7 +95,7 @@ def draw(seed: int, *, acts: bool) -> Case:
     step = 0
     if acts:
         copy = RetellingCopy(OFFICE, Situation(last=_LAST), Deadline(60.0))
-        plan = copy.ask(frozenset(told)).plan
+        plan = copy.ask(PlanQuery(frozenset(told))).plan
         assert plan is not None
         actions = Plan(plan.actions).actions_from(1)
         for action in actions[: pick.randrange(1, len(actions) - 2)]:

@@ -18,7 +18,7 @@ from rosoclingo.loop.improving import improve
 from rosoclingo.loop.journal import Reason
 from rosoclingo.loop.search import search, settle
 from rosoclingo.loop.state import State
-from rosoclingo.loop.values.atoms import event, query
+from rosoclingo.loop.values.atoms import query
 from rosoclingo.loop.words import SOLVER
 
 _TRUTHS = frozenset(truth.value for truth in Truth)
@@ -129,7 +129,7 @@ class ROSCommands:
         for actuator in state.plan.aborts(number):
             if executions.can_be_aborted(actuator):
                 publishing.publish_abort(state, actuator)
-        commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in unknown]
+        commits = [action.commit for action in unknown]
         for atom, _ in state.externals.make_true_soon(passed + commits):
             if atom in commits:
                 state.warn_once(

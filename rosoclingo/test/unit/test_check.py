@@ -7,7 +7,6 @@ import runpy
 import shlex
 import signal
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
@@ -24,7 +23,7 @@ from rosoclingo.check.examples import read_example, read_examples
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.run import DOES, CheckedRun, FoundPlan
 from rosoclingo.desk.command_line import parse as parse_plan
-from rosoclingo.desk.parts import EXAMPLES
+from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.values.atoms import Action
 
@@ -276,8 +275,11 @@ def found(
         over=frozenset(), cancelled=frozenset(), heard=(), successes=successes,
         is_layered=is_layered,
     )  # fmt: skip
-    nothing: List[Any] = []
-    return CheckedRun((), True, nothing, [plan], nothing, [], None, False, 1, frozenset(), ())
+    words = (LINE, "--simulate")
+    chosen = parse_plan(words)
+    run = CheckedRun(make_parts(chosen.mode, chosen.options).loop, words, chosen)
+    run.plans.append(plan)
+    return run
 
 
 def test_plans_that_are_compared() -> None:
@@ -294,10 +296,9 @@ def test_plans_that_are_compared() -> None:
 @pytest.mark.parametrize(("is_layered", "findings"), [(False, 1), (True, 0)])
 def test_steps_without_a_recalled_goal(is_layered: bool, findings: int) -> None:
     """They are as many, if plans are shortest."""
-    one, other = (
-        replace(found([], is_layered=is_layered), heard=((DOES, "robot", "a", last),))
-        for last in ("6", "4")
-    )
+    one, other = (found([], is_layered=is_layered) for _ in range(2))
+    one.heard.append((DOES, "robot", "a", "6"))
+    other.heard.append((DOES, "robot", "a", "4"))
     assert len([*twins.recall(one, other)]) == findings
 
 

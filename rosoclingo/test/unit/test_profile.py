@@ -284,7 +284,7 @@ def test_advice_about_searches() -> None:
         TimedSearch(1, 1.0, unsat), TimedSearch(2, 8.0, unsat), TimedSearch(3, 0.5, sat)
     )
     assert said.startswith("2 horizons without a plan took 9.0 s of 9.5 s, that of 2 8.0 s")
-    (said,) = advice_about(TimedSearch(1, 0.1, unsat), TimedSearch(4, 9.0, sat, 0.4, True))
+    (said,) = advice_about(TimedSearch(1, 0.1, unsat), TimedSearch(4, 9.0, sat, 0.4))
     assert said.startswith("searches had a plan after 0.4 s at the latest, and took 8.6 s of 9.1 s")
     (said,) = advice_about(TimedSearch(1, 0.1, unsat), TimedSearch(4, 9.0, unknown))
     assert said.startswith("the search with horizon 4 was not over after 9.0 s")

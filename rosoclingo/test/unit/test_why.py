@@ -40,7 +40,7 @@ from rosoclingo.why.copy_by_regrounding import RebuildingCopy
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.facts import Fact, Facts
 from rosoclingo.why.phrases import Phrases
-from rosoclingo.why.planner_copy import CopyAnswer, Deadline, Verdict
+from rosoclingo.why.planner_copy import CopyAnswer, Deadline, PlanQuery, Verdict
 from rosoclingo.why.query import Case
 from rosoclingo.why.reason import MinimalReason, ReasonSearch
 from rosoclingo.why.rules import is_relaxed
@@ -643,7 +643,9 @@ def test_what_is_demanded_does_not_contradict_the_program(dialect: Dialect) -> N
     options = Options((LINES[dialect],))
     copy = RebuildingCopy(options, situation, Deadline(SECONDS), dialect)
     demand = Assumption("do(robot,go(5),2)", True)
-    assert copy.ask(frozenset(situation.told), demands=(demand,)).answer is CopyAnswer.NONE
+    assert (
+        copy.ask(PlanQuery(frozenset(situation.told), demands=(demand,))).answer is CopyAnswer.NONE
+    )
 
 
 def test_an_encoding_that_excludes_all_is_named(tmp_path: Path) -> None:

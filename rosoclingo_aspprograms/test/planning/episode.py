@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Callable, List, Optional, Sequence
 
+from instance_map import InstanceMap
+
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import SINGLE, make_parts
@@ -12,7 +14,7 @@ from rosoclingo.desk.system import Request, System
 from rosoclingo.loop.journal import PlanFound, Record, StatusSet
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.words import SOLVER
-from rosoclingo_aspprograms.validator import Map, Validator
+from rosoclingo_aspprograms.validator import Validator
 
 PACKAGE = Path(__file__).resolve().parents[2]
 STATIC = ["static.fixed.recording", "static.incremental.recording"]
@@ -47,7 +49,7 @@ class Episode(System):
     def __init__(
         self,
         mode: str,
-        graph: Map,
+        graph: InstanceMap,
         encoding: Sequence[str],
         mode_options: Sequence[str] = ("-c", "steps=60"),
         options: Sequence[str] = (),

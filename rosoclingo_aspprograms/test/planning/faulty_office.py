@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Dict, FrozenSet, Optional, Sequence, Set, Tuple
 
 from episode import DYN_RESET, OFFICE, PACKAGE, RECORDING
+from instance_map import InstanceMap
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop.journal import PlanFound, Record, Status, StatusSet
-from rosoclingo_aspprograms.validator import Map, arguments
+from rosoclingo_aspprograms.validator import arguments
 
 KINDS = ("passing", "blocked", "stuck", "carried", "slipped", "gone")
 CAUSES = str(PACKAGE / "mailbot" / "mailbot_causes.lp")
@@ -57,7 +58,7 @@ class FaultyOffice(System):
 
     def __init__(self, encoding: str, seed: int, requests: int = 4, faults: int = 2) -> None:
         dice = random.Random(seed)
-        self.graph = Map.read(Path(OFFICE))
+        self.graph = InstanceMap.read(Path(OFFICE))
         mode = dice.choice([RECORDING, DYN_RESET])
         options = ("-c", "steps=400")
         parts = make_parts(mode, Options((OFFICE, encoding)), options)

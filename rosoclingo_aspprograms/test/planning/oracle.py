@@ -5,11 +5,13 @@ from __future__ import annotations
 from itertools import permutations
 from typing import Iterable, Optional, Sequence, Tuple
 
-from rosoclingo_aspprograms.validator import Edge, Map
+from instance_map import InstanceMap
+
+from rosoclingo_aspprograms.validator import Edge
 
 
 def shortest(
-    graph: Map,
+    graph: InstanceMap,
     position: str,
     target: Optional[str],
     jobs: Sequence[Tuple[str, str]],

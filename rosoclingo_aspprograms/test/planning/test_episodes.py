@@ -11,9 +11,10 @@ from typing import Dict, List, Optional, Set
 import pytest
 from draws import draws
 from episode import BENCH, DYN_RESET, FIXED, MAILBOT, RECORDING, RESET, SINGLE, Episode, Request
+from instance_map import InstanceMap
 from oracle import shortest
 
-from rosoclingo_aspprograms.validator import Edge, Map, Parcel
+from rosoclingo_aspprograms.validator import Edge, Parcel
 
 STEPS: Dict[str, List[str]] = {
     FIXED: ["-c", "steps=26"],
@@ -33,7 +34,7 @@ class RandomEpisode(Episode):
     def __init__(self, mode: str, seed: int) -> None:
         self.random = random.Random(seed)
         x, y = (2, 2) if mode == FIXED else self.random.choice(SIZES)
-        self.graph = Map.grid(x, y)
+        self.graph = InstanceMap.grid(x, y)
         self.mode = mode
         self.slots = self.random.choice([1, 1, 2, 2, 3])
         self.left = self.random.randint(1, 2 if mode == FIXED else 3)  # requests to come

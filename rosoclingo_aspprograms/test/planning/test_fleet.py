@@ -14,9 +14,10 @@ from typing import Dict, List, Set
 import pytest
 from draws import draws, variants
 from episode import DYN_RESET, MAILBOT, RECORDING, RESET, SINGLE, Episode, Request
+from instance_map import InstanceMap
 from test_seconds import HALL, draw_map
 
-from rosoclingo_aspprograms.validator import Edge, Map
+from rosoclingo_aspprograms.validator import Edge
 
 STEPS: Dict[str, List[str]] = {
     RECORDING: ["-c", "steps=600"],
@@ -68,7 +69,7 @@ class Fleet(Busy):
         self.most_busy = 0
         super().__init__(mode, self.graph, [str(instance), MAILBOT], STEPS[mode], self.options())
 
-    def draw_map(self, robots: int) -> Map:
+    def draw_map(self, robots: int) -> InstanceMap:
         """Returns a random map with so many robots."""
         return draw_map(self.pick, robots)
 

@@ -13,6 +13,7 @@ from typing import Dict, List, Set, Tuple
 import pytest
 from draws import draws
 from episode import RECORDING, RESET, SINGLE
+from instance_map import InstanceMap
 from test_agendas import AT_ONCE, SIDE, Office, served
 from test_fleet import Fleet
 
@@ -22,7 +23,7 @@ from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE
 from rosoclingo.loop.values.atoms import Plan
 from rosoclingo.loop.values.recorded import Recorded
-from rosoclingo_aspprograms.validator import Edge, Map
+from rosoclingo_aspprograms.validator import Edge
 
 CONSTRUCTED = "constructed"
 MODES = (RECORDING, SINGLE, RESET)
@@ -47,7 +48,7 @@ class Crowd(Fleet):
         self.doubts = self.pick.choice([0.0, 0.3])
         self.loop.state.planner.patience = DEFAULT_PATIENCE
 
-    def draw_map(self, robots: int) -> Map:
+    def draw_map(self, robots: int) -> InstanceMap:
         """Returns a random map with so many robots; in steps, all takes equally long."""
         graph = super().draw_map(robots)
         if self._is_stepwise:

@@ -10,6 +10,7 @@ from typing import Dict, List
 import pytest
 from draws import draws, variants
 from episode import DYN_RESET, MAILBOT, RECORDING, SINGLE
+from instance_map import InstanceMap
 from test_seconds import Draw, agendas, feedback, plan_for, replay
 
 from rosclingo.solver.engine import Engine
@@ -19,9 +20,9 @@ from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import Plan
-from rosoclingo_aspprograms.validator import Edge, Map, arguments
+from rosoclingo_aspprograms.validator import Edge, arguments
 
-RING = Map(
+RING = InstanceMap(
     offices={"a", "b"},
     edges={frozenset(way) for way in ("ax", "xb", "ay", "yb")},
     starts={"mailbot": "a"},
@@ -34,7 +35,7 @@ RING = Map(
 class Drive(DeskSimulation):
     """One robot in a map, whose ways take as long as in another one."""
 
-    def __init__(self, mode: str, believed: Map, real: Map, folder: Path) -> None:
+    def __init__(self, mode: str, believed: InstanceMap, real: InstanceMap, folder: Path) -> None:
         instance = folder / "instance.lp"
         instance.write_text(believed.facts())
         self._place = believed.starts["mailbot"]
@@ -97,13 +98,13 @@ def test_expected_times_get_right(mode: str, tmp_path: Path) -> None:
     assert list(said.values()) == sorted(said.values())
 
 
-def revise(graph: Map, pick: random.Random) -> Map:
+def revise(graph: InstanceMap, pick: random.Random) -> InstanceMap:
     """Returns the same map with other lengths of some ways."""
     ways = [edge for edge in sorted(graph.edges, key=sorted) if pick.random() < 0.4]
     return replace(graph, lengths={**graph.lengths, **{way: pick.randint(1, 60) for way in ways}})
 
 
-def learned(before: Map, after: Map) -> List[str]:
+def learned(before: InstanceMap, after: InstanceMap) -> List[str]:
     """Returns the events that say how long ways take now."""
 
     def differs(edge: Edge) -> bool:

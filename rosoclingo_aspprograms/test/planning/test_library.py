@@ -10,13 +10,13 @@ from typing import Dict, List, Sequence, Tuple
 import pytest
 from draws import variants
 from episode import FIXED, INCREMENTAL, RESET, SINGLE, Episode
+from instance_map import InstanceMap
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import Plan
-from rosoclingo_aspprograms.validator import Map
 
 FOLDER = Path(__file__).resolve().parents[2] / "plants"
 PLANTS = str(FOLDER / "plants.lp")
@@ -264,7 +264,7 @@ def test_there_is_a_plan_for_fifty_plants(full: int, tmp_path: Path) -> None:
 def test_plants_are_watered_in_all_modes(mode: str) -> None:
     encoding = [str(FOLDER / "instances" / "garden.lp"), PLANTS]
     # The validator knows mailbots only; it is not asked for what it says of plants.
-    episode = Episode(mode, Map.grid(2, 2), encoding, options=["-c", "full=2"])
+    episode = Episode(mode, InstanceMap.grid(2, 2), encoding, options=["-c", "full=2"])
     goals = [episode.request(f"water(({x},{y}))") for x, y in [(2, 3), (3, 3), (1, 4), (2, 2)]]
     unknown = episode.request("water((99,1))")
     assert episode.play() is None

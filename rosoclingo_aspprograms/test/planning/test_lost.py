@@ -18,8 +18,9 @@ from episode import (
     SINGLE,
     Episode,
 )
+from instance_map import InstanceMap
 
-from rosoclingo_aspprograms.validator import Map, arguments
+from rosoclingo_aspprograms.validator import arguments
 
 INSTANCES = Path(OFFICE).parent
 WITH_IT = "waits for mailbot2 which has the package"
@@ -41,7 +42,7 @@ ANSWERS = variants(
 
 def _fleet(mode: str, in_seconds: bool = False) -> Episode:
     """Returns the office with mailbot at open1 and mailbot2 at c5."""
-    graph = Map.read(Path(OFFICE))
+    graph = InstanceMap.read(Path(OFFICE))
     graph.starts["mailbot2"] = "c5"
     files = [str(INSTANCES / "fleet_2.lp"), MAILBOT]
     if in_seconds:
@@ -156,7 +157,7 @@ def test_a_robot_of_a_fleet_turns_round_at_a_box(mode: str, in_seconds: bool) ->
 @pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_what_others_have_found_stays_blocked(mode: str, in_seconds: bool, tmp_path: Path) -> None:
     """Two in a hall fail at the same door, and then one of them at the next one, too."""
-    hall = Map({"a", "b", "c"}, {frozenset(("hall", office)) for office in "abc"})
+    hall = InstanceMap({"a", "b", "c"}, {frozenset(("hall", office)) for office in "abc"})
     hall.starts = {"one": "hall", "other": "hall"}
     hall.durations = {"pickup": 2} if in_seconds else {}
     instance = tmp_path / "hall.lp"

@@ -23,12 +23,12 @@ from episode import (
     Episode,
     walk,
 )
+from instance_map import InstanceMap
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Ground, Part, Result
 from rosoclingo.loop.planner.planner import Planner
-from rosoclingo_aspprograms.validator import Map
 
 DYNAMIC = [FIXED, *INCREMENTAL]
 # What is planned for as long as it is, with a past that is forgotten while goals are open, and with
@@ -43,12 +43,14 @@ OUTCOMES = variants(
 
 def _office(mode: str, slots: int = 1) -> Episode:
     options = ["-c", f"slots={slots}"]
-    return Episode(mode, Map.read(Path(OFFICE)), [OFFICE, MAILBOT], options=options)
+    return Episode(mode, InstanceMap.read(Path(OFFICE)), [OFFICE, MAILBOT], options=options)
 
 
 def _grid(mode: str, slots: int = 2, steps: int = 60) -> Episode:
     options = ["-c", f"slots={slots}", "-c", "x=2", "-c", "y=2"]
-    return Episode(mode, Map.grid(2, 2), [BENCH, MAILBOT], ["-c", f"steps={steps}"], options)
+    return Episode(
+        mode, InstanceMap.grid(2, 2), [BENCH, MAILBOT], ["-c", f"steps={steps}"], options
+    )
 
 
 def _ok(episode: Episode, turn: Optional[Callable[[], bool]] = None) -> None:
@@ -63,7 +65,7 @@ def _ok(episode: Episode, turn: Optional[Callable[[], bool]] = None) -> None:
 @pytest.mark.parametrize("mode", STATIC)
 def test_a_static_mode_publishes_the_plan_for_the_request_file(mode: str) -> None:
     options = ["-c", "slots=1", "-c", "x=2", "-c", "y=2"]
-    graph = Map.grid(2, 2)
+    graph = InstanceMap.grid(2, 2)
     episode = Episode(mode, graph, [BENCH, REQUEST, MAILBOT], ["-c", "steps=14"], options)
     assert episode.play() is None
     ((identifier, plan),) = episode.published
@@ -322,7 +324,7 @@ def test_while_a_request_waits_a_message_takes_one_step(mode: str, r: int) -> No
     """
     options = ["-c", "slots=1", "-c", "x=2", "-c", "y=2"]
     steps = ["-c", "steps=25", "-c", f"r={r}"]
-    episode = Episode(mode, Map.grid(2, 2), [BENCH, MAILBOT], steps, options)
+    episode = Episode(mode, InstanceMap.grid(2, 2), [BENCH, MAILBOT], steps, options)
     episode.announce("blocked(3,c(3))")
     goal = episode.request("bring(3,1)")
     said: List[str] = []
@@ -348,7 +350,7 @@ def test_while_a_request_waits_a_message_takes_one_step(mode: str, r: int) -> No
 def test_two_robots(mode: str, tmp_path: Path) -> None:
     file = tmp_path / "second.lp"
     file.write_text("start(second,c(4)).")
-    graph = Map.grid(2, 2)
+    graph = InstanceMap.grid(2, 2)
     graph.starts["second"] = "c(4)"
     episode = Episode(mode, graph, [BENCH, str(file), MAILBOT])
     goals = [episode.request("bring(1,2)"), episode.request("bring(4,3)")]
@@ -365,7 +367,7 @@ def test_it_grounds_without_a_warning(instance: str) -> None:
     planner = Planner(Engine(Options((instance, MAILBOT)), log=messages.append))
     planner.begin()
     planner.ground_steps([1, 2])
-    offices = sorted(Map.read(Path(OFFICE)).offices) if instance == OFFICE else ["1", "2"]
+    offices = sorted(InstanceMap.read(Path(OFFICE)).offices) if instance == OFFICE else ["1", "2"]
     assert planner.tell([f"event(1,bring({offices[0]},{offices[1]}),0)"]) == []
     assert planner.search(0, 2, lambda: False).result is Result.UNSAT
     assert planner.needed is not None
@@ -377,8 +379,8 @@ def test_it_grounds_without_a_warning(instance: str) -> None:
 def test_the_grid_is_the_one_of_the_encoding() -> None:
     """The validator's grid, and the office as it is read, have what the instances have."""
     for instance, options, graph in (
-        (BENCH, ("-c", "x=3", "-c", "y=2"), Map.grid(3, 2)),
-        (OFFICE, (), Map.read(Path(OFFICE))),
+        (BENCH, ("-c", "x=3", "-c", "y=2"), InstanceMap.grid(3, 2)),
+        (OFFICE, (), InstanceMap.read(Path(OFFICE))),
     ):
         engine = Engine(Options((instance,), options))
         engine.apply(Ground((Part("base"),)))
@@ -393,7 +395,7 @@ def test_the_grid_is_the_one_of_the_encoding() -> None:
 
 def test_every_waypoint_of_the_office_has_its_position() -> None:
     text = Path(OFFICE).read_text(encoding="utf-8")
-    graph = Map.read(Path(OFFICE))
+    graph = InstanceMap.read(Path(OFFICE))
     for waypoint in {waypoint for edge in graph.edges for waypoint in edge}:
         assert text.count(f"position({waypoint},") == 1
     assert "position(open1,70,-80)." in text

@@ -7,16 +7,16 @@ from typing import Callable, Optional
 
 import pytest
 from episode import OFFICE, PAPER, SINGLE, Episode, walk
+from instance_map import InstanceMap
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo_aspprograms.validator import Map
 
 
 def _office() -> Episode:
-    return Episode(SINGLE, Map.read(Path(OFFICE)), [OFFICE, PAPER])
+    return Episode(SINGLE, InstanceMap.read(Path(OFFICE)), [OFFICE, PAPER])
 
 
 def _run(episode: Episode, turn: Optional[Callable[[], bool]] = None) -> None:

@@ -12,6 +12,7 @@ from typing import Callable, Dict, Iterator, List, Sequence, Tuple
 import pytest
 from draws import draws
 from episode import MAILBOT, OFFICE
+from instance_map import InstanceMap
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
@@ -19,18 +20,18 @@ from rosclingo.wire.commands import Result
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.arrivals import arrival_lines, expected_arrivals
 from rosoclingo.loop.values.atoms import Plan
-from rosoclingo_aspprograms.validator import Edge, Map, arguments
+from rosoclingo_aspprograms.validator import Edge, arguments
 
 Job = Tuple[str, str]
 Cost = Callable[[Sequence[int]], Sequence[int]]
 """What comes first counts first."""
 
 
-def draw_map(pick: random.Random, robots: int) -> Map:
+def draw_map(pick: random.Random, robots: int) -> InstanceMap:
     """Returns a random map in which all places can be reached, with offices and corridors."""
     corridors = [f"c{number}" for number in range(pick.randint(2, 6))]
     offices = [f"o{number}" for number in range(pick.randint(2, 5))]
-    graph = Map(offices=set(offices))
+    graph = InstanceMap(offices=set(offices))
     for number, place in enumerate(corridors[1:]):
         graph.edges.add(frozenset((place, pick.choice(corridors[: number + 1]))))
     for _ in range(pick.randint(0, 4)):
@@ -45,7 +46,9 @@ def draw_map(pick: random.Random, robots: int) -> Map:
     return graph
 
 
-def ends(graph: Map, start: str, jobs: Sequence[Job], blocked: Sequence[Edge]) -> Iterator[int]:
+def ends(
+    graph: InstanceMap, start: str, jobs: Sequence[Job], blocked: Sequence[Edge]
+) -> Iterator[int]:
     """Returns when a robot is through with each job, if it does them in this order."""
     here, clock = start, 0
     for origin, destination in jobs:
@@ -55,7 +58,9 @@ def ends(graph: Map, start: str, jobs: Sequence[Job], blocked: Sequence[Edge]) -
         yield clock
 
 
-def agendas(graph: Map, jobs: Sequence[Job], blocked: Sequence[Edge]) -> Iterator[List[int]]:
+def agendas(
+    graph: InstanceMap, jobs: Sequence[Job], blocked: Sequence[Edge]
+) -> Iterator[List[int]]:
     """Returns when each job is done, for all who may do it, in all orders."""
     numbers = range(len(jobs))
     for who in product(graph.starts, repeat=len(jobs)):
@@ -69,7 +74,7 @@ def agendas(graph: Map, jobs: Sequence[Job], blocked: Sequence[Edge]) -> Iterato
             yield done
 
 
-def replay(graph: Map, plan: Plan, blocked: Sequence[Edge]) -> Dict[str, int]:
+def replay(graph: InstanceMap, plan: Plan, blocked: Sequence[Edge]) -> Dict[str, int]:
     """Checks the steps of a plan, and returns when each action but ``go`` is through.
 
     A step ends when an action does, and who is still at its own repeats that in the next one.
@@ -99,7 +104,7 @@ def replay(graph: Map, plan: Plan, blocked: Sequence[Edge]) -> Dict[str, int]:
                 places[robot] = target
 
 
-def plan_for(graph: Map, events: Sequence[str], folder: Path, *options: str) -> Plan:
+def plan_for(graph: InstanceMap, events: Sequence[str], folder: Path, *options: str) -> Plan:
     """Returns the plan for what has happened in step 0."""
     instance = folder / "instance.lp"
     instance.write_text(graph.facts())
@@ -205,7 +210,7 @@ def test_what_is_urgent_comes_first_and_then_what_is_due(
     draw.check(said, cost, tmp_path)
 
 
-HALL = Map.read(Path(OFFICE).with_name("graph_hall.lp"))
+HALL = InstanceMap.read(Path(OFFICE).with_name("graph_hall.lp"))
 
 
 def test_what_has_happened_is_known_without_a_search() -> None:

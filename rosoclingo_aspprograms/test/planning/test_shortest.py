@@ -9,13 +9,13 @@ from typing import Dict, List, Tuple
 import pytest
 from draws import draws
 from episode import BENCH, MAILBOT
+from instance_map import InstanceMap
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result, Truth
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import Plan
-from rosoclingo_aspprograms.validator import Map
 
 BY_STEPS = str(Path(__file__).with_name("mailbot_by_steps.lp"))
 SIZES = [(2, 2), (3, 1), (3, 2), (2, 2)]
@@ -39,7 +39,7 @@ class Draw:
     def __init__(self, seed: int) -> None:
         pick = self._pick = random.Random(seed)
         x, y = pick.choice(SIZES)
-        graph = Map.grid(x, y)
+        graph = InstanceMap.grid(x, y)
         slots = pick.randint(1, 3)
         self.options = ("-c", f"slots={slots}", "-c", f"x={x}", "-c", f"y={y}")
         names = ["mailbot", "second", "third"][: pick.randint(1, 3)]

@@ -15,6 +15,7 @@ from typing import Dict, FrozenSet, Iterable, List, Optional, Sequence, Tuple
 import pytest
 from draws import draws
 from episode import DYN_RESET, MAILBOT, OFFICE, PACKAGE, RECORDING, SINGLE, Episode
+from instance_map import InstanceMap
 from oracle import shortest
 
 from rosclingo.solver.engine import Engine
@@ -28,7 +29,7 @@ from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.facts import FactKind
 from rosoclingo.why.reason import MinimalReason
 from rosoclingo.why.situation import Situation
-from rosoclingo_aspprograms.validator import Edge, Map
+from rosoclingo_aspprograms.validator import Edge
 
 MAPS = range(*map(int, os.environ.get("WHY_MAPS", "0:0").split(":")))
 SECONDS = 600.0  # no more than a bound
@@ -54,7 +55,7 @@ class Building:
         self.room = "room"
         ways = {frozenset((self.room, n)) for n in pick.sample(nodes, pick.randint(2, 3))}
         offices = {self.room, *pick.sample(nodes, 2)}
-        self.graph = Map(offices, edges | ways, {"mailbot": nodes[0]})
+        self.graph = InstanceMap(offices, edges | ways, {"mailbot": nodes[0]})
         self.ways = sorted(ways, key=sorted)
         file = folder / "building.lp"
         facts = [f"office({office})." for office in sorted(offices)]
@@ -233,7 +234,7 @@ def run(
     mode: str, happens: Dict[int, Sequence[str]], steps: int, planner: Options = IN_OFFICE
 ) -> Tuple[Situation, Episode]:
     """Returns the situation of a run in the office, after so many actions."""
-    graph = Map.read(Path(OFFICE))
+    graph = InstanceMap.read(Path(OFFICE))
     episode = Episode(mode, graph, list(planner.files), options=planner.clingo)
     goals = {}
 

@@ -35,6 +35,7 @@ import pytest
 from clingo import ast
 from draws import draws
 from episode import DYN_RESET, MAILBOT, OFFICE, RECORDING, RESET
+from instance_map import InstanceMap
 
 from rosclingo.solver.options import Options, parse_options
 from rosclingo.wire.term_text import last_number, split_term
@@ -50,7 +51,6 @@ from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.facts import Fact, FactKind, Facts, atoms
 from rosoclingo.why.reason import MinimalReason
 from rosoclingo.why.situation import Situation
-from rosoclingo_aspprograms.validator import Map
 
 SECONDS = 600.0  # no more than a bound
 STEPS = {"mailbot": 60}  # the last that modes plan for, and so the copies
@@ -252,7 +252,7 @@ class Office:
     savable = ()
 
     def __init__(self, situation: Situation) -> None:
-        self._graph = Map.read(Path(OFFICE))
+        self._graph = InstanceMap.read(Path(OFFICE))
         self._situation = situation
         self.slots = ["1", "2", "3"]
 

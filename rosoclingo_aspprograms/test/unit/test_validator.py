@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Callable, List, Tuple
 
 import pytest
+from instance_map import InstanceMap
 
-from rosoclingo_aspprograms.validator import Map, Validator, arguments
+from rosoclingo_aspprograms.validator import Validator, arguments
 
 INSTANCES = Path(__file__).resolve().parents[2] / "mailbot" / "instances"
 OFFICE = INSTANCES / "graph_wg.lp"
@@ -57,7 +58,7 @@ GOOD: List[Step] = [
 
 
 def _violations(steps: List[Step]) -> List[str]:
-    validator = Validator(Map.grid(2, 2))
+    validator = Validator(InstanceMap.grid(2, 2))
     for kind, *rest in steps:
         if kind == "action":
             validator.action("mailbot", rest[0])
@@ -156,7 +157,7 @@ def test_nobody_knows_whether_an_action_was_done() -> None:
 
 def _pair() -> Validator:
     """Returns a validator of two robots at a waypoint with three ways on, and a request."""
-    hall = Map({"a", "b", "c"}, {frozenset(("hall", office)) for office in "abc"})
+    hall = InstanceMap({"a", "b", "c"}, {frozenset(("hall", office)) for office in "abc"})
     hall.starts = {"one": "hall", "other": "hall"}
     validator = Validator(hall, immediate=True)
     validator.request("goal", "bring(a,b)")
@@ -234,7 +235,7 @@ def test_what_another_robot_has_found_stays() -> None:
 
 
 def test_a_robot_that_is_alone_is_not_stuck() -> None:
-    validator = Validator(Map.grid(2, 2), immediate=True)
+    validator = Validator(InstanceMap.grid(2, 2), immediate=True)
     validator.request("a", "bring(1,2)")
     for target in ("1", "c(2)", "c(3)"):
         _go(validator, "mailbot", target)
@@ -243,7 +244,7 @@ def test_a_robot_that_is_alone_is_not_stuck() -> None:
 
 
 def test_an_unknown_robot() -> None:
-    validator = Validator(Map.grid(2, 2))
+    validator = Validator(InstanceMap.grid(2, 2))
     validator.action("postman", "go(1)")
     assert "postman is no robot" in validator.violations[0]
 
@@ -255,7 +256,7 @@ def test_terms() -> None:
 
 
 def test_what_was_freed_and_is_blocked_again() -> None:
-    validator = Validator(Map.grid(2, 1))
+    validator = Validator(InstanceMap.grid(2, 1))
     validator.request("a", "bring(1,2)")
     validator.message("info", "unblocked(c(1),c(2))")
     validator.settle()
@@ -268,7 +269,7 @@ def test_what_was_freed_and_is_blocked_again() -> None:
 
 def test_what_was_freed_may_fail_once_more() -> None:
     """In the step in which it was said to be free, a move that fails says nothing else."""
-    validator = Validator(Map.grid(2, 1), immediate=True)
+    validator = Validator(InstanceMap.grid(2, 1), immediate=True)
     validator.request("a", "bring(1,2)")
     validator.status("a", "accepted", "1")
     validator.message("info", "unblocked(c(1),c(2))")
@@ -281,7 +282,7 @@ def test_what_was_freed_may_fail_once_more() -> None:
 
 def test_a_move_may_fail_in_the_step_in_which_its_way_is_freed() -> None:
     """Although another robot answers between the announcement and the failure."""
-    graph = Map.grid(2, 1)
+    graph = InstanceMap.grid(2, 1)
     graph.starts = {"one": "c(1)", "other": "c(1)"}
     validator = Validator(graph)
     validator.request("a", "bring(1,2)")
@@ -298,7 +299,7 @@ def test_a_move_may_fail_in_the_step_in_which_its_way_is_freed() -> None:
 
 
 def test_two_robots_may_not_pick_up_the_same_package() -> None:
-    graph = Map.read(OFFICE)
+    graph = InstanceMap.read(OFFICE)
     graph.starts = {"one": "o1", "other": "o1"}
     validator = Validator(graph)
     validator.request("goal", "bring(o1,o2)")
@@ -310,7 +311,7 @@ def test_two_robots_may_not_pick_up_the_same_package() -> None:
 
 
 def test_what_a_request_may_say_of_its_time() -> None:
-    graph = Map.read(OFFICE)
+    graph = InstanceMap.read(OFFICE)
     for timed in (False, True):
         graph.durations = {"pickup": 5} if timed else {}
         validator = Validator(graph)
@@ -323,10 +324,10 @@ def test_what_a_request_may_say_of_its_time() -> None:
 
 
 def test_lengths_are_read_and_written(tmp_path: Path) -> None:
-    graph = Map.read(INSTANCES / "graph_hall.lp")
+    graph = InstanceMap.read(INSTANCES / "graph_hall.lp")
     assert graph.distances("a") == {"a": 0, "hall": 5, "b": 13, "c": 8, "d": 17}
     assert graph.seconds("a", "go(hall)") == 5
     assert graph.seconds("a", "deliver(1)") == 4
     written = tmp_path / "hall.lp"
     written.write_text(graph.facts())
-    assert Map.read(written) == graph
+    assert InstanceMap.read(written) == graph

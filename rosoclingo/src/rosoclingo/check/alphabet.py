@@ -153,17 +153,7 @@ def _told_events(program: Program, options: Options) -> Set[Pair]:
         own = part == "event" and len(parameters) == 2
         if own and statement.ast_type is ast.ASTType.External:
             statements.append(_rule(statement, parameters))
-    try:
-        return _happening(program, statements, options)
-    except RuntimeError:  # one is unsafe without the parameters' values: only that is left out
-        return set().union(*(_alone(program, one, options) for one in statements))
-
-
-def _alone(program: Program, rule: ast.AST, options: Options) -> Set[Pair]:
-    try:
-        return _happening(program, [rule], options)
-    except RuntimeError:
-        return set()
+    return _happening(program, statements, options)
 
 
 def _happening(program: Program, rules: Sequence[ast.AST], options: Options) -> Set[Pair]:
@@ -171,11 +161,16 @@ def _happening(program: Program, rules: Sequence[ast.AST], options: Options) -> 
     theory = make_theory(options.theory)
     theory.register(control)
     program.add_to(control, theory)
-    with ast.ProgramBuilder(control) as builder:
-        builder.add(ast.Program(program.statements[0].location, "base", []))
-        for rule in rules:
-            builder.add(rule)
-    control.ground([("base", [])])
+    try:
+        with ast.ProgramBuilder(control) as builder:
+            builder.add(ast.Program(program.statements[0].location, "base", []))
+            for rule in rules:
+                builder.add(rule)
+        control.ground([("base", [])])
+    except RuntimeError:  # one is unsafe without the parameters' values: only that is left out
+        if len(rules) == 1:
+            return set()
+        return set().union(*(_happening(program, [one], options) for one in rules))
     atoms = control.symbolic_atoms.by_signature(_HAPPENS, 2)
     pairs = (atom.symbol.arguments for atom in atoms)
     return {(str(source), str(content)) for source, content in pairs}

@@ -159,11 +159,14 @@ class Checking:
 
     def _in_episodes(self, alphabet: Alphabet) -> Iterator[Finding]:
         chosen = self._chosen
+        is_dialect2 = detect(chosen.options) is Dialect2
+        fitting = ("" if alphabet.slots else _STATIC) if is_dialect2 else SINGLE
+        can_reset = is_dialect2 and alphabet.can_be_saved and not chosen.mode
         self._search = search = FailureSearch(
             chosen.words,
             alphabet,
-            mode=chosen.mode or self._fitting_mode(alphabet),
-            resets=self._resets(alphabet),
+            mode=chosen.mode or fitting,
+            resets=_RESETS if can_reset else "",
             steps=chosen.steps,
             runner=self._runner,
         )
@@ -171,12 +174,3 @@ class Checking:
             search.ignored.add(finding.check)
             yield finding
         yield from search.by_chance(chosen.episodes, chosen.seed)
-
-    def _fitting_mode(self, alphabet: Alphabet) -> str:
-        if detect(self._chosen.options) is not Dialect2:
-            return SINGLE
-        return "" if alphabet.slots else _STATIC
-
-    def _resets(self, alphabet: Alphabet) -> str:
-        fits = detect(self._chosen.options) is Dialect2 and alphabet.can_be_saved
-        return _RESETS if fits and not self._chosen.mode else ""

@@ -24,6 +24,7 @@ from typing import (
 from clingo import SymbolType, ast
 
 from rosclingo.solver.programs import Program
+from rosoclingo.why.rules import atom_terms
 
 Functor = Tuple[str, int]
 """Name and number of arguments; no argument for a constant."""
@@ -109,10 +110,10 @@ class _Reader:
 
     def _head(self, node: ast.AST, body: List[ast.AST], parameters: FrozenSet[str]) -> None:
         variables = _variables(body)
-        self.heads += [_Rule(atom, variables, parameters) for atom in atoms([node])]
+        self.heads += [_Rule(atom, variables, parameters) for atom in atom_terms([node])]
 
     def _uses(self, nodes: Iterable[ast.AST], parameters: FrozenSet[str]) -> None:
-        self.uses += [(atom, parameters) for atom in atoms(nodes)]
+        self.uses += [(atom, parameters) for atom in atom_terms(nodes)]
 
 
 def unmatched_functions(program: Program) -> Iterator[UnmatchedFunction]:
@@ -204,7 +205,7 @@ def _variables(body: Iterable[ast.AST]) -> Dict[str, List[Place]]:
     found: Dict[str, List[Place]] = {}
     for literal in body:
         if literal.ast_type is ast.ASTType.Literal and literal.sign == ast.Sign.NoSign:
-            for atom in atoms([literal]):
+            for atom in atom_terms([literal]):
                 for place, term in _arguments(atom):
                     if term.ast_type is ast.ASTType.Variable:
                         found.setdefault(term.name, []).append(place)
@@ -222,18 +223,3 @@ def _arguments(atom: ast.AST) -> Iterator[Tuple[Place, ast.AST]]:
     if atom.ast_type is ast.ASTType.Function:
         for index, term in enumerate(atom.arguments):
             yield (atom.name, len(atom.arguments), index), term
-
-
-def atoms(nodes: Iterable[ast.AST]) -> List[ast.AST]:
-    """Returns the terms of all atoms in some nodes."""
-    found: List[ast.AST] = []
-
-    class Collector(ast.Transformer):
-        def visit_SymbolicAtom(self, atom: ast.AST) -> ast.AST:  # noqa: N802 (clingo's name)
-            found.append(atom.symbol)
-            return atom
-
-    collector = Collector()
-    for node in nodes:
-        collector(node)
-    return found

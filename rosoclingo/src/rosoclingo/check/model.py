@@ -17,12 +17,12 @@ from rosclingo.solver.programs import parse_files
 from rosclingo.wire.term_text import split_term
 from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
-from rosoclingo.check.functors import atoms
 from rosoclingo.check.static import place
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import event
 from rosoclingo.why.doubts import DOUBTS, doubts, one_of_each, parse, sentence
+from rosoclingo.why.rules import atom_terms
 
 _SECONDS = 2.0  # after which no further requests are told
 _MOST = 12  # requests of each kind that are told
@@ -43,7 +43,7 @@ def look(options: Options, alphabet: Alphabet) -> Iterator[Finding]:
         atom
         for statement in program.statements
         if statement.ast_type is ast.ASTType.Rule
-        for atom in atoms([statement.head])
+        for atom in atom_terms([statement.head])
         if atom.ast_type is ast.ASTType.Function
     ]
     found: Dict[str, None] = {}

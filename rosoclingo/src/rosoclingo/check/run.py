@@ -14,24 +14,21 @@ from dataclasses import dataclass
 from typing import Any, Callable, Dict, FrozenSet, List, Mapping, Optional, Tuple
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.bags.model import Entry
 from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.inputs import MESSAGE
 from rosoclingo.desk.parts import Parts, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo.desk.system import Request
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Event, Status
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.atoms import Action, event
 from rosoclingo.loop.words import BUSY, SUCCESS
-from rosoclingo.why.situation import Situation
 
 _SHARE = 0.1  # of the time for all runs, which one may take
 
 DOES = "does"
-"""The kind of those entries of ``Run.heard`` that are published actions."""
+"""The kind of those entries of ``CheckedRun.heard`` that are published actions."""
 
 
 @dataclass(frozen=True)
@@ -84,39 +81,43 @@ class FoundPlan:
         return max((action.step for action in self.ahead), default=self.step) - self.step
 
 
-@dataclass
-class CheckedRun:
-    """What has happened in a run.
+class CheckedRun(DeskSimulation):
+    """A simulation with a deadline that remembers each plan that was found.
 
     Attributes:
         words: The command line.
-        dynamic: Whether the mode takes goals and messages.
-        journal: What the loop has learned and done.
         plans: The plans that were found, in order.
-        goals: What was asked for.
-        warnings: What the loop has warned of.
-        failure: Why the loop has ended by itself; None if it has not.
-        is_too_long: Whether it was ended because it went on and on.
-        elapsed: How many steps there were.
         asked: The goals for which a cancel request has come, by their numbers.
         heard: As in :class:`FoundPlan`.
-        situation: That of which it can be asked why there is no plan; None if there is none.
-        is_cut: Whether it was ended because of its time, so that nothing follows from its end.
+        failure: Why the loop has ended by itself; None if it has not.
+        is_cut: Whether it has ended because of its time, so that nothing follows from its end.
     """
 
-    words: Words
-    dynamic: bool
-    journal: List[Entry]
-    plans: List[FoundPlan]
-    goals: List[Request]
-    warnings: List[str]
-    failure: Optional[RosclingoError]
-    is_too_long: bool
-    elapsed: int
-    asked: FrozenSet[str]
-    heard: Tuple[Tuple[str, ...], ...]
-    situation: Optional[Situation] = None
-    is_cut: bool = False
+    def __init__(
+        self,
+        make: Callable[..., Loop],
+        words: Words,
+        chosen: argparse.Namespace,
+        end: float = float("inf"),
+    ) -> None:
+        """Makes the loop.
+
+        Args:
+            make: As of a simulation.
+            words: The command line.
+            chosen: The same, as it was read.
+            end: When it has to end, by the monotonic clock.
+        """
+        self.words = words
+        self.is_cut = False
+        self.failure: Optional[RosclingoError] = None
+        self._end_of_time = end
+        self.plans: List[FoundPlan] = []
+        self.asked: List[str] = []
+        self.heard: List[Tuple[str, ...]] = []
+        self._successes = 0
+        self._done: List[Action] = []  # since the last reset
+        super().__init__(make, **simulated(chosen))
 
     @property
     def steps(self) -> int:
@@ -135,33 +136,6 @@ class CheckedRun:
     def events(self) -> List[Event]:
         """The journal's events."""
         return [entry.event for entry in self.journal]
-
-
-class Watched(DeskSimulation):
-    """A simulation with a deadline that remembers each plan that was found.
-
-    Attributes:
-        is_cut: Whether it has ended because of its time.
-    """
-
-    def __init__(
-        self, make: Callable[..., Loop], chosen: argparse.Namespace, end: float = float("inf")
-    ) -> None:
-        """Makes the loop.
-
-        Args:
-            make: As of a simulation.
-            chosen: The command line.
-            end: When it has to end, by the monotonic clock.
-        """
-        self.is_cut = False
-        self._end_of_time = end
-        self.plans: List[FoundPlan] = []
-        self.asked: List[str] = []
-        self.heard: List[Tuple[str, ...]] = []
-        self._successes = 0
-        self._done: List[Action] = []  # since the last reset
-        super().__init__(make, **simulated(chosen))
 
     @property
     def closed(self) -> bool:
@@ -294,27 +268,13 @@ class Runner:
             self._parts[key] = make_parts(chosen.mode, chosen.options, chosen.mode_options)
         began = time.monotonic()
         end = min(self._end, began + self._seconds * _SHARE)
-        watched = Watched(self._parts[key].loop, chosen, end)
-        failure = watched.run()
+        run = CheckedRun(self._parts[key].loop, words, chosen, end)
+        run.failure = run.run()
         seconds = time.monotonic() - began
         if self.slowest is None or seconds > self.slowest.seconds:
-            state = watched.loop.state
-            place = f"in step {state.step}, at horizon {state.horizon}" if watched.is_cut else ""
+            state = run.loop.state
+            place = f"in step {state.step}, at horizon {state.horizon}" if run.is_cut else ""
             self.slowest = SlowRun(seconds, words, place)
-        if not watched.is_cut:
-            watched.take_situation(failure)
-        return CheckedRun(
-            words,
-            watched.loop.dynamic,
-            watched.journal,
-            watched.plans,
-            watched.goals,
-            watched.warnings,
-            failure,
-            watched.is_too_long,
-            watched.elapsed,
-            frozenset(watched.asked),
-            tuple(watched.heard),
-            watched.situation,
-            watched.is_cut,
-        )
+        if not run.is_cut:
+            run.take_situation(run.failure)
+        return run

@@ -89,7 +89,7 @@ class FailureSearch:
         """Asks for some requests alone, and learns how long plans are."""
         nothing = self.run(())
         found = self._new(findings(nothing))
-        if not nothing.dynamic:
+        if not nothing.loop.dynamic:
             self.alphabet = replace(self.alphabet, requests=())
         requests = self.alphabet.requests
         some = requests[:: max(1, len(requests) // _ALONE)][:_ALONE]

@@ -118,7 +118,7 @@ def failed(one: CheckedRun, other: CheckedRun) -> Iterator[str]:
     index, failure = next(
         (index, heard) for index, heard in enumerate(one.heard) if heard[0] == MESSAGE
     )
-    before, heard = one.heard[:index], one.heard[: index + 1]
+    before, heard = tuple(one.heard[:index]), tuple(one.heard[: index + 1])
     action = next((h for h in reversed(before) if h[0] == DOES and h[1] == failure[1]), None)
     after = next((plan for plan in one.plans if plan.heard == heard), None)
     if action is None or after is None or action[-1] != failure[-1]:

@@ -7,7 +7,6 @@ here.
 
 from __future__ import annotations
 
-import atexit
 import json
 import os
 import subprocess
@@ -71,30 +70,25 @@ def read_encoding(launched: Launched) -> KnownEncoding:
 
 
 def _run(node: str, arguments: Sequence[str], directory: Path) -> KnownEncoding:
-    process = subprocess.Popen(  # noqa: S603 (ourselves)
-        _COMMAND,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=os.sep,  # Python imports from it first, and it may be anybody's
-        start_new_session=True,  # Ctrl-C is for whoever has started it, who ends it
-    )
-    atexit.register(process.kill)
     task = json.dumps(
         {"arguments": list(arguments), "directory": str(directory), "starter": os.getpid()}
     )
     try:
-        said, wrong = process.communicate(task, SECONDS)
+        ended = subprocess.run(  # noqa: S603 (ourselves)
+            _COMMAND,
+            input=task,
+            capture_output=True,
+            text=True,
+            timeout=SECONDS,
+            check=False,
+            cwd=os.sep,  # Python imports from it first, and it may be anybody's
+            start_new_session=True,  # Ctrl-C is for whoever has started it, with whom it ends
+        )
     except subprocess.TimeoutExpired as err:
         raise EncodingError(f"the encoding of {node} takes more than {SECONDS} s") from err
-    finally:
-        process.kill()
-        process.wait()
-        atexit.unregister(process.kill)
-    if process.returncode:
-        raise EncodingError(f"the encoding of {node} is not understood: {wrong.strip()}")
-    found: Dict[str, Any] = json.loads(said)
+    if ended.returncode:
+        raise EncodingError(f"the encoding of {node} is not understood: {ended.stderr.strip()}")
+    found: Dict[str, Any] = json.loads(ended.stdout)
     return KnownEncoding(
         tuple(found["requests"]), _graph_of(found["graph"]), tuple(found["messages"])
     )

@@ -68,7 +68,7 @@ def run(arguments: Sequence[str]) -> int:
     )
     desk = Desk(parts.loop, chosen)
     if profiler:
-        profiler.follow(lambda: desk.loop.state.horizon)
+        profiler.trace.horizon = lambda: desk.loop.state.horizon
     limit = BlockTimeLimit(chosen.profile_seconds, desk.close) if profiler else None
     with limit or contextlib.nullcontext(), ProgressPrinter(lambda: _place(desk, profiler)):
         failure = desk.run()
@@ -120,8 +120,10 @@ def _cut_off(chosen: argparse.Namespace, desk: Desk) -> str:
 
 
 def _place(desk: Desk, profiler: Optional[Profiler]) -> str:
-    doing = profiler.doing if profiler else ""
-    return f"{desk.place()}, {doing}" if doing else desk.place()
+    """Says how far the loop is, and what the planner does."""
+    doing = profiler.trace.doing if profiler else ""
+    place = f"step {desk.loop.state.step}, horizon {desk.loop.state.horizon}"
+    return f"{place}, {doing}" if doing else place
 
 
 class Desk(DeskSimulation):
@@ -143,10 +145,6 @@ class Desk(DeskSimulation):
         if not self._is_shown:
             self._show()
         return bool(self._chosen.simulate) and super().turn()
-
-    def place(self) -> str:
-        """Says how far the loop is."""
-        return f"step {self.loop.state.step}, horizon {self.loop.state.horizon}"
 
     def note(self, record: journal.Record) -> None:
         """Narrates the run, once the plan is shown."""

@@ -22,7 +22,11 @@ _INTERRUPTED = 128 + signal.SIGINT  # exit status of a process that Ctrl-C ends
 
 
 class Profiler:
-    """Measures one planner."""
+    """Measures one planner.
+
+    Attributes:
+        trace: What the planner's solver does.
+    """
 
     def __init__(self, options: Options) -> None:
         """Prepares; measures from when the planner is made.
@@ -31,24 +35,15 @@ class Profiler:
             options: The planner's command line.
         """
         self._options = options
-        self._trace = SolverTrace()
+        self.trace = SolverTrace()
 
     def make_engine(self, options: Options, *, log: Callable[[str], None]) -> Engine:
         """Makes the planner's solver."""
-        return MeasuredEngine(options, self._trace, log=log)
-
-    def follow(self, horizon: Callable[[], int]) -> None:
-        """Sets the function that returns the current horizon."""
-        self._trace.horizon = horizon
-
-    @property
-    def doing(self) -> str:
-        """Describes in words what the planner's solver does now; empty for nothing."""
-        return self._trace.doing
+        return MeasuredEngine(options, self.trace, log=log)
 
     def profile(self) -> Profile:
         """Counts ground instances, and advises; reports its progress."""
-        trace, place = self._trace, ["counting"]
+        trace, place = self.trace, ["counting"]
         with ProgressPrinter(lambda: place[0]):
             counts, engine = count(self._options, trace, lambda text: place.__setitem__(0, text))
             place[0] = "looking where most goes"

@@ -7,9 +7,10 @@ from typing import Dict, Iterable, Mapping, Set
 from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import Domain, Problem, typed_list
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
+from rosoclingo.pddl.support import CHANGES, COMPARISONS
 
 _NO_ATOMS = ("and", "not", "when", "=")
-_NUMERIC = ("<", "<=", ">=", ">", "increase", "decrease", "assign", "+", "-", "*", "/")
+_NUMERIC = (*COMPARISONS, *CHANGES, "+", "-", "*", "/")
 
 
 def check_declarations(domain: Domain, problem: Problem) -> None:

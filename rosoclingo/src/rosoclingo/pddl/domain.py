@@ -20,11 +20,9 @@ from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
-from rosoclingo.pddl.support import PddlPart, check_formula, sections
+from rosoclingo.pddl.support import CHANGES, COMPARISONS, PddlPart, check_formula, sections
 
 _START, _END, _ALL = "at start", "at end", "over all"
-_COMPARISONS = ("<", "<=", ">=", ">")
-_CHANGES = ("increase", "decrease", "assign")
 
 
 @dataclass(frozen=True)
@@ -247,8 +245,8 @@ def _instantaneous(action: ListForm) -> ActionSchema:
         check_formula(conditions, ":precondition")
     if effects.parts:
         check_formula(effects, ":effect")
-    plain, comparisons = _without(_conjuncts(conditions), _COMPARISONS)
-    changed, changes = _without(_conjuncts(effects), _CHANGES)
+    plain, comparisons = _without(_conjuncts(conditions), COMPARISONS)
+    changed, changes = _without(_conjuncts(effects), CHANGES)
     return ActionSchema(
         parts.name, action.place, tuple(parameters), tuple(parameters.values()),
         _conjunction(plain, action.place), _conjunction(changed, action.place),
@@ -262,10 +260,10 @@ def _durative(action: ListForm) -> ActionSchema:
     conditions = _timed(parts.form(":condition"), ":precondition", (_START, _ALL, _END))
     effects = _timed(parts.form(":effect"), ":effect", (_START, _END))
     begun, ended = effects[_START], effects[_END]
-    plain, comparisons = _without(_needed(conditions, begun), _COMPARISONS)
-    first, changes = _without(begun, _CHANGES)
+    plain, comparisons = _without(_needed(conditions, begun), COMPARISONS)
+    first, changes = _without(begun, CHANGES)
     _check_order(conditions, changes)
-    last, later = _without(ended, _CHANGES)
+    last, later = _without(ended, CHANGES)
     net, locks, brief = _net(plain, first, last)
     return ActionSchema(
         parts.name, action.place, tuple(parameters), tuple(parameters.values()),
@@ -324,7 +322,7 @@ def _check_order(conditions: Dict[str, List[ListForm]], changes: Sequence[ListFo
     """Refuses comparisons of numbers that the action's own beginning has changed."""
     changed = {change.parts[1].text for change in changes}
     for condition in (*conditions[_ALL], *conditions[_END]):
-        if condition.head in _COMPARISONS and changed & {part.text for part in condition.forms()}:
+        if condition.head in COMPARISONS and changed & {part.text for part in condition.forms()}:
             raise PddlError(f"{condition.place}: {shorten(condition.text)} compares what the "
                             "action's own beginning changes: say it (at start ...)")  # fmt: skip
 

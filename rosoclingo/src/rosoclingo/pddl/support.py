@@ -30,11 +30,11 @@ _SECTIONS = {
     ),
 }  # fmt: skip
 _REPEATED = (":action", ":durative-action")
-_COMPARISONS = ("<", "<=", ">=", ">")
-_CHANGES = ("increase", "decrease", "assign")
+COMPARISONS = ("<", "<=", ">=", ">")
+CHANGES = ("increase", "decrease", "assign")
 _CONNECTIVES = {
-    ":precondition": frozenset(("and", "not", "=", *_COMPARISONS)),
-    ":effect": frozenset(("and", "not", "when", "forall", *_CHANGES)),
+    ":precondition": frozenset(("and", "not", "=", *COMPARISONS)),
+    ":effect": frozenset(("and", "not", "when", "forall", *CHANGES)),
     ":goal": frozenset(("and", "not", "=")),
 }
 _WITHIN = {  # in which there are no numbers
@@ -42,7 +42,7 @@ _WITHIN = {  # in which there are no numbers
     ":effect": "an effect of when or forall",
 }
 _RESERVED = frozenset(
-    ("and", "not", "=", "when", "forall", "exists", "or", "imply", *_COMPARISONS, *_CHANGES,
+    ("and", "not", "=", "when", "forall", "exists", "or", "imply", *COMPARISONS, *CHANGES,
      "scale-up", "scale-down", "at start", "at end", "over", "either",
      "preference", "sometime", "always", "within", "at-most-once", "probabilistic", "oneof")
 )  # fmt: skip
@@ -99,7 +99,7 @@ def check_formula(part: PddlPart, where: str, *, within: bool = False) -> None:
     if part.head in _RESERVED and part.head not in allowed:
         raise not_understood(part.place, f"{part.head} in {where}", allowed)
     inner = part.parts[1:]
-    if part.head in (*_COMPARISONS, *_CHANGES):
+    if part.head in (*COMPARISONS, *CHANGES):
         if within:
             raise PddlError(f"{part.place}: {part.head} in {_WITHIN[where]} is not understood")
         if len(inner) != 2:

@@ -47,14 +47,12 @@ class TimedSearch:
         seconds: How long it has taken.
         result: How it has ended.
         first: After how many seconds it had an answer set, if it optimises and has found one.
-        is_proven: Whether it was through, so that its best answer set is proven to be that.
     """
 
     horizon: int
     seconds: float
     result: wire.Result
     first: Optional[float] = None
-    is_proven: bool = False
 
 
 @dataclass
@@ -139,8 +137,7 @@ class MeasuredEngine(Engine):
         finally:
             self._trace.doing = ""
         seconds = time.perf_counter() - begin
-        is_proven = first is not None and not outcome.interrupted
-        self._trace.events.append(TimedSearch(horizon, seconds, outcome.result, first, is_proven))
+        self._trace.events.append(TimedSearch(horizon, seconds, outcome.result, first))
         return outcome
 
 

@@ -31,18 +31,61 @@ class Profile:
     variables: Dict[int, Dict[str, VariableValues]]
     advice: Sequence[str]
 
-    @property
-    def largest(self) -> List[int]:
-        """The numbers of the statements with the most instances, these first."""
-        return largest(self.counts)
-
     def describe(self) -> str:
         """Returns it as text."""
-        return _describe(self)
+        counts, horizons = self.counts, by_horizon(self.trace)
+        tables = [
+            _table(("horizon", "atoms", "instances", "grounding", "search", "searches", ""),
+                   _horizon_rows(horizons, counts), "<>>>>><"),
+            _table(("part", "instances", "in a step"), _part_rows(counts), "<>>"),
+            _table(("predicate", "atoms", "in a step", "parts"), _predicate_rows(counts), "<>><"),
+            _table(("instances", "in a step", "statement", "", "variables"),
+                   _statement_rows(self), ">><<<"),
+        ]  # fmt: skip
+        paragraphs = [f"profile: {_summary(self, horizons)}", *filter(None, tables)]
+        if self.advice:
+            paragraphs.append("\n".join(["what to do:", *map(_wrap, self.advice)]))
+        return "\n\n".join(paragraphs)
 
     def values(self) -> Dict[str, Any]:
         """Returns it for JSON."""
-        return _values(self)
+        counts = self.counts
+        return {
+            "horizons": [
+                {
+                    "horizon": number,
+                    "atoms": _of(counts, number)[0],
+                    "instances": _of(counts, number)[1],
+                    "grounding": one.grounding,
+                    "search": one.searching,
+                    "searches": one.searches,
+                    "results": [result.value for result in one.results],
+                }
+                for number, one in by_horizon(self.trace).items()
+            ],
+            "predicates": [
+                {
+                    "name": name,
+                    "arity": arity,
+                    "atoms": total(steps),
+                    "in_step": counts.in_step(steps),
+                }
+                for (name, arity), steps in sorted(counts.atoms.items())
+            ],
+            "statements": [
+                {
+                    "file": one.file,
+                    "line": one.line,
+                    "text": one.text,
+                    "part": one.part,
+                    "instances": total(steps),
+                    "in_step": counts.in_step(steps),
+                }
+                for one, steps in zip(counts.statements, counts.instances)
+                if one.markers
+            ],
+            "advice": list(self.advice),
+        }
 
 
 def largest(counts: Counts) -> List[int]:
@@ -50,58 +93,6 @@ def largest(counts: Counts) -> List[int]:
     numbers = [n for n, steps in enumerate(counts.instances) if counts.statements[n].markers]
     numbers = [n for n in numbers if total(counts.instances[n])]
     return sorted(numbers, key=lambda n: -total(counts.instances[n]))[:_MOST_ROWS]
-
-
-def _describe(profile: Profile) -> str:
-    counts, trace = profile.counts, profile.trace
-    horizons = by_horizon(trace)
-    tables = [
-        _table(("horizon", "atoms", "instances", "grounding", "search", "searches", ""),
-               _horizon_rows(horizons, counts), "<>>>>><"),
-        _table(("part", "instances", "in a step"), _part_rows(counts), "<>>"),
-        _table(("predicate", "atoms", "in a step", "parts"), _predicate_rows(counts), "<>><"),
-        _table(("instances", "in a step", "statement", "", "variables"),
-               _statement_rows(profile), ">><<<"),
-    ]  # fmt: skip
-    paragraphs = [f"profile: {_summary(profile, horizons)}", *filter(None, tables)]
-    if profile.advice:
-        paragraphs.append("\n".join(["what to do:", *map(_wrap, profile.advice)]))
-    return "\n\n".join(paragraphs)
-
-
-def _values(profile: Profile) -> Dict[str, Any]:
-    counts = profile.counts
-    return {
-        "horizons": [
-            {
-                "horizon": number,
-                "atoms": _of(counts, number)[0],
-                "instances": _of(counts, number)[1],
-                "grounding": one.grounding,
-                "search": one.searching,
-                "searches": one.searches,
-                "results": [result.value for result in one.results],
-            }
-            for number, one in by_horizon(profile.trace).items()
-        ],
-        "predicates": [
-            {"name": name, "arity": arity, "atoms": total(steps), "in_step": counts.in_step(steps)}
-            for (name, arity), steps in sorted(counts.atoms.items())
-        ],
-        "statements": [
-            {
-                "file": one.file,
-                "line": one.line,
-                "text": one.text,
-                "part": one.part,
-                "instances": total(steps),
-                "in_step": counts.in_step(steps),
-            }
-            for one, steps in zip(counts.statements, counts.instances)
-            if one.markers
-        ],
-        "advice": list(profile.advice),
-    }
 
 
 def _summary(profile: Profile, horizons: Dict[int, Horizon]) -> str:
@@ -118,9 +109,10 @@ def _summary(profile: Profile, horizons: Dict[int, Horizon]) -> str:
             f"{said}\nmost goes into searches, {_percent(searching, grounding + searching)} of the "
             f"time, and of that {_percent(one.searching, searching)} into horizon {number}"
         )
-    if not profile.largest:
+    numbers = largest(counts)
+    if not numbers:
         return said
-    number = profile.largest[0]
+    number = numbers[0]
     share = _percent(total(counts.instances[number]), counts.total)
     return (
         f"{said}\nmost goes into grounding, {_percent(grounding, grounding + searching)} of the "
@@ -157,17 +149,14 @@ def _of(counts: Counts, step: int) -> Tuple[int, int]:
 
 
 def _part_rows(counts: Counts) -> Iterator[Tuple[str, ...]]:
-    for part, (everything, in_step) in _by_part(counts).items():
-        yield part, f"{everything:,}", f"{in_step:,}" if in_step else ""
-
-
-def _by_part(counts: Counts) -> Dict[str, Tuple[int, int]]:
     found: Dict[str, Tuple[int, int]] = {}
     for statement, steps in zip(counts.statements, counts.instances):
         part = _part(statement)
         before = found.get(part, (0, 0))
         found[part] = before[0] + total(steps), before[1] + counts.in_step(steps)
-    return {part: numbers for part, numbers in found.items() if numbers[0]}
+    for part, (everything, in_step) in found.items():
+        if everything:
+            yield part, f"{everything:,}", f"{in_step:,}" if in_step else ""
 
 
 def _predicate_rows(counts: Counts) -> Iterator[Tuple[str, ...]]:
@@ -186,7 +175,7 @@ def _part(statement: Statement) -> str:
 
 def _statement_rows(profile: Profile) -> Iterator[Tuple[str, ...]]:
     counts = profile.counts
-    for number in profile.largest:
+    for number in largest(counts):
         statement, steps = counts.statements[number], counts.instances[number]
         in_step = counts.in_step(steps)
         variables = sorted(profile.variables.get(number, {}).items(), key=lambda v: -v[1].number)

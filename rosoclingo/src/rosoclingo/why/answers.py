@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import singledispatch
-from typing import Any, Optional, Tuple
+from typing import Any, Dict, Optional, Tuple
 
 from rosoclingo.why.facts import Fact
 from rosoclingo.why.planner_copy import Possible
@@ -129,85 +128,28 @@ class Happened:
     refuted: Tuple[str, ...] = ()
 
 
-@singledispatch
+_MOVED: Dict[type, Tuple[str, ...]] = {  # the fields that are steps, or have steps in them
+    Fact: ("step", "atoms"),
+    ReasonMember: ("fact", "without"),
+    MinimalReason: ("members", "given", "enabling", "relaxed", "examined_up_to"),
+    WhyNoPlan: ("plan", "horizon", "reason"),
+    WhyGoal: ("ends",),
+    Contrast: ("action", "plan", "other", "reason"),
+    WhatIf: ("told", "before", "plan"),
+}
+
+
 def later(value: Any, steps: int) -> Any:
     """Returns an answer, or a part of one, with each of its steps counted some steps later."""
-    raise TypeError(f"{value!r} is no answer")
-
-
-@later.register(type(None))
-def _(value: None, steps: int) -> None:
-    return value
-
-
-@later.register(tuple)
-def _(value: Tuple[Any, ...], steps: int) -> Tuple[Any, ...]:
-    return tuple(
-        moved(part, steps) if isinstance(part, str) else later(part, steps) for part in value
-    )
-
-
-@later.register(Possible)
-def _(value: Possible, steps: int) -> Possible:
-    return replace(
-        value,
-        actions=later(value.actions, steps),
-        step=value.step + steps,
-        horizon=value.horizon + steps,
-        ends=tuple((slot, status, step + steps) for slot, status, step in value.ends),
-    )
-
-
-@later.register(Fact)
-def _(value: Fact, steps: int) -> Fact:
-    return replace(value, step=value.step + steps, atoms=later(value.atoms, steps))
-
-
-@later.register(ReasonMember)
-def _(value: ReasonMember, steps: int) -> ReasonMember:
-    return ReasonMember(later(value.fact, steps), later(value.without, steps))
-
-
-@later.register(MinimalReason)
-def _(value: MinimalReason, steps: int) -> MinimalReason:
-    members, given = later(value.members, steps), later(value.given, steps)
-    enabling = later(value.enabling, steps)
-    relaxed = later(value.relaxed, steps)
-    up_to = None if value.examined_up_to is None else value.examined_up_to + steps
-    return replace(
-        value,
-        members=members,
-        given=given,
-        enabling=enabling,
-        relaxed=relaxed,
-        examined_up_to=up_to,
-    )
-
-
-@later.register(WhyNoPlan)
-def _(value: WhyNoPlan, steps: int) -> WhyNoPlan:
-    horizon = None if value.horizon is None else value.horizon + steps
-    plan, reason = later(value.plan, steps), later(value.reason, steps)
-    return replace(value, plan=plan, horizon=horizon, reason=reason)
-
-
-@later.register(WhyGoal)
-def _(value: WhyGoal, steps: int) -> WhyGoal:
-    return replace(value, ends=None if value.ends is None else value.ends + steps)
-
-
-@later.register(Contrast)
-def _(value: Contrast, steps: int) -> Contrast:
-    return replace(
-        value,
-        action=moved(value.action, steps),
-        plan=later(value.plan, steps),
-        other=later(value.other, steps),
-        reason=later(value.reason, steps),
-    )
-
-
-@later.register(WhatIf)
-def _(value: WhatIf, steps: int) -> WhatIf:
-    told, before = later(value.told, steps), later(value.before, steps)
-    return replace(value, told=told, before=before, plan=later(value.plan, steps))
+    if value is None:
+        return None
+    if isinstance(value, int):
+        return value + steps
+    if isinstance(value, str):
+        return moved(value, steps)
+    if isinstance(value, tuple):
+        return tuple(later(part, steps) for part in value)
+    if isinstance(value, Possible):
+        return value.later(steps)
+    fields = _MOVED[type(value)]
+    return replace(value, **{name: later(getattr(value, name), steps) for name in fields})

@@ -7,6 +7,7 @@ step before which all goes as planned, and the rest is planned for.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import FrozenSet, List, Optional, Tuple
 
 from rosclingo.wire.term_text import last_number, split_term
@@ -15,7 +16,7 @@ from rosoclingo.loop.values.atoms import Action, Plan, event
 from rosoclingo.why.answers import Contrast
 from rosoclingo.why.copy_by_replay import RetellingCopy
 from rosoclingo.why.facts import Fact, Facts, atoms
-from rosoclingo.why.planner_copy import CopyAnswer, Deadline, Possible, Verdict
+from rosoclingo.why.planner_copy import CopyAnswer, Deadline, PlanQuery, Possible, Verdict
 from rosoclingo.why.reason import MinimalReason, ReasonSearch
 
 
@@ -79,13 +80,13 @@ class Instead:
         self, told: FrozenSet[str], done: List[Action], step: int
     ) -> Tuple[FrozenSet[Tuple[str, str]], Tuple[str, ...]]:
         """Returns the possible actions of a step, and the fluents before it."""
-        with_done = told | {_commit(a, a.step) for a in done}
+        with_done = told | {action.commit for action in done}
         with self._copy.at(step - 1):
-            plan = self._copy.ask(with_done).plan
+            plan = self._copy.ask(PlanQuery(with_done)).plan
             return self._copy.possible(with_done), plan.holds if plan else ()
 
     def _why_impossible(self, action: Action, done: List[Action]) -> MinimalReason:
-        commits = frozenset(_commit(a, a.step) for a in done)
+        commits = frozenset(one.commit for one in done)
         facts = Facts(
             self._facts.free, (), self._facts.fixed | atoms(self._facts.history) | commits
         )
@@ -102,21 +103,14 @@ class Instead:
         self, holds: Tuple[str, ...], done: List[Action], actions: List[Action], step: int
     ) -> Optional[Possible]:
         """Returns the best plan from a step on, given the fluents before it and its actions."""
-        told = {event("save", fluent, 0) for fluent in holds} | {_commit(a, 1) for a in actions}
+        told = {event("save", fluent, 0) for fluent in holds}
+        told |= {replace(action, step=1).commit for action in actions}
         with self._copy.at(1):
-            plan = self._copy.ask(frozenset(told)).plan
+            plan = self._copy.ask(PlanQuery(frozenset(told))).plan
         if plan is None:
             return None
-        later = [
-            Action(a.actuator, a.name, a.step + step - 1)
-            for a in Plan(plan.actions).actions_from(2)
-        ]
-        ends = tuple((slot, word, at + step - 1) for slot, word, at in plan.ends)
-        texts = tuple(map(str, [*done, *actions, *later]))
-        horizon = plan.horizon + step - 1
-        left = horizon - self._copy.step
-        return Possible(texts, self._copy.step, horizon, left, ends, plan.holds)
-
-
-def _commit(action: Action, step: int) -> str:
-    return event("commit", f"do({action.actuator},{action.name})", step)
+        ahead = tuple(map(str, Plan(plan.actions).actions_from(2)))
+        plan = replace(plan, actions=ahead).later(step - 1)
+        texts = (*map(str, [*done, *actions]), *plan.actions)
+        now = self._copy.step
+        return replace(plan, actions=texts, step=now, steps=plan.horizon - now)

@@ -12,17 +12,14 @@ from rosclingo.wire.commands import (
     Assumption,
     Command,
     Ground,
-    Improvement,
-    Outcome,
     Part,
     Result,
     Truth,
 )
-from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.journal import TERMINAL_STATUSES
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import SAVE, query
-from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Verdict
+from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, PlanQuery, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
 from rosoclingo.why.situation import Situation
 
@@ -101,45 +98,34 @@ class AssumingCopy(Copy):
         """Returns the reasons why some of these events cannot be told."""
         return [f"there is no external {atom}" for atom in events if atom not in self._declared]
 
-    def ask(
-        self,
-        told: FrozenSet[str],
-        goals: FrozenSet[str] = frozenset(),
-        demands: Tuple[Assumption, ...] = (),
-        *,
-        best: bool = False,
-    ) -> Verdict:
+    def ask(self, asked: PlanQuery, *, best: bool = False) -> Verdict:
         """Looks for a shortest plan; see :class:`.planner_copy.Copy`."""
+        told = asked.told
         self._make_free(told)
         facts = [Assumption(atom, atom in told) for atom in self._free]
-        wishes = [*self._wants(goals, told), *demands, *self._ties(())]
-        outcome = self._search([*self._asking(), *wishes, *facts], best=False)
+        wishes = [*self._wants(asked.goals, told), *asked.demands, *self._ties(())]
+        outcome = self._solve([*self._asking(), *wishes, *facts])
         if outcome.result is not Result.SAT:
             core = frozenset(a.name for a in self._engine.core if a.value) & told
             return Verdict(self._without_plan(facts), core=core)
         for horizon in range(self.step, self.last + 1):
             asking = [*self._asking(horizon), *wishes, *facts]
-            outcome = self._search(asking, best=False)
+            outcome = self._solve(asking)
             if outcome.result is Result.SAT:
                 if best:
-                    outcome = self._search(asking, best=True)
+                    outcome = self._solve(asking, best=True)
                 return Verdict(CopyAnswer.PLAN, self._plan(outcome.symbols, horizon, told))
         raise AssertionError("a plan for some horizon is none for any")
 
-    def ask_any(
-        self,
-        told: FrozenSet[str],
-        others: Sequence[Sequence[str]],
-        goals: FrozenSet[str] = frozenset(),
-        demands: Tuple[Assumption, ...] = (),
-    ) -> Verdict:
+    def ask_any(self, asked: PlanQuery, others: Sequence[Sequence[str]] = ()) -> Verdict:
         """Looks for a plan with some events and any of others; see :class:`.planner_copy.Copy`."""
+        told = asked.told
         optional = frozenset(atom for group in others for atom in group) - told
         self._make_free(told | optional)
         facts = [Assumption(atom, atom in told) for atom in self._free if atom not in optional]
-        asking = [*self._asking(), *self._wants(goals, told), *demands, *facts]
+        asking = [*self._asking(), *self._wants(asked.goals, told), *asked.demands, *facts]
         asking += self._ties([group for group in others if len(group) > 1])
-        if self._search(asking, best=False).result is Result.SAT:
+        if self._solve(asking).result is Result.SAT:
             return Verdict(CopyAnswer.PLAN)
         core = (a.name for a in self._engine.core if a.value is not is_relaxed(a.name))
         return Verdict(CopyAnswer.NONE, core=frozenset(core))
@@ -185,22 +171,5 @@ class AssumingCopy(Copy):
         idle = [Assumption(name, False) for name in self._wishes]
         asks = Assumption(f"{_ASKS}({self._grounded})", False)
         asking = [*facts, *idle, *nobody, asks, *self._ties(())]
-        result = self._search(asking, best=False).result
+        result = self._solve(asking).result
         return CopyAnswer.NONE if result is Result.SAT else CopyAnswer.CONTRADICTION
-
-    def _search(self, assumptions: Sequence[Assumption], *, best: bool) -> Outcome:
-        """Searches for any answer set, or for the best one."""
-        self.deadline.check()
-        found: List[Improvement] = []
-
-        def stopped() -> bool:
-            return (bool(found) and not best) or self.deadline.is_over()
-
-        outcome = self._engine.solve(assumptions, stopped, found.append)
-        if found and not best:
-            return Outcome(Result.SAT, symbols=found[-1].symbols)
-        if outcome.result is Result.UNKNOWN:
-            if found:  # the best so far
-                return Outcome(Result.SAT, interrupted=True, symbols=found[-1].symbols)
-            raise InterruptedQuestionError("there was no time for an answer")
-        return outcome

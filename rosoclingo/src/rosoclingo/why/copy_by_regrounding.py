@@ -21,7 +21,7 @@ from rosoclingo.errors import InterruptedQuestionError, PlannerError
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import PASSED, SAVE, query
 from rosoclingo.single.dialects import Dialect2, PaperDialect
-from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Verdict
+from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, PlanQuery, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
 from rosoclingo.why.situation import Situation
 
@@ -64,19 +64,12 @@ class RebuildingCopy(Copy):
         self._planner.ground_steps(range(1, self.step + 1))
         return [reason for _, reason in self._planner.tell(list(events))]
 
-    def ask(
-        self,
-        told: FrozenSet[str],
-        goals: FrozenSet[str] = frozenset(),
-        demands: Tuple[Assumption, ...] = (),
-        *,
-        best: bool = False,
-    ) -> Verdict:
+    def ask(self, asked: PlanQuery, *, best: bool = False) -> Verdict:
         """Searches for a shortest plan, always the best; see :class:`.planner_copy.Copy`."""
-        key = (told, goals, demands, self.step, self.last)
+        key = (asked, self.step, self.last)
         if key not in self._cache:
             try:
-                self._cache[key] = self._ask(told, goals, demands)
+                self._cache[key] = self._ask(asked)
             except PlannerError:
                 # What contradicts itself declares nothing any more.
                 if self._planner.has_answer_set(self.deadline.is_over) is not False:
@@ -89,14 +82,13 @@ class RebuildingCopy(Copy):
         self._planner.begin(saved, self.slots)
         self._planner.assign(sorted(filter(is_relaxed, told)), Truth.TRUE)
 
-    def _ask(
-        self, told: FrozenSet[str], goals: FrozenSet[str], demands: Tuple[Assumption, ...]
-    ) -> Verdict:
+    def _ask(self, asked: PlanQuery) -> Verdict:
+        told = asked.told
         self._begin(told)
         self._replay(told, self.step)
         is_consistent = False
         planner = self._planner
-        open_demands = {demand: last_number(demand.name) or 0 for demand in demands}
+        open_demands = {demand: last_number(demand.name) or 0 for demand in asked.demands}
         self._guards = []
         before: Optional[int] = None
         for horizon in range(self.step, self.last + 1):
@@ -111,7 +103,7 @@ class RebuildingCopy(Copy):
             outcome = self._search(horizon)
             if outcome.result is Result.SAT:
                 plan = self._plan(outcome.symbols, horizon, told)
-                if all(plan.end_of(slot) is not None for slot in goals):
+                if all(plan.end_of(slot) is not None for slot in asked.goals):
                     return Verdict(CopyAnswer.PLAN, plan)
                 is_consistent = True
         if is_consistent or self._has_answer_set(self.last):

@@ -14,21 +14,13 @@ from dataclasses import replace
 from typing import FrozenSet, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import (
-    Assumption,
-    GetPrograms,
-    Improvement,
-    Outcome,
-    Part,
-    Programs,
-    Result,
-)
+from rosclingo.wire.commands import GetPrograms, Part, Programs, Result
 from rosclingo.wire.term_text import last_number, split_term
-from rosoclingo.errors import InterruptedQuestionError, QuestionError
-from rosoclingo.loop.values.atoms import COMMIT, PASSED, SAVE, Action, Plan, event
+from rosoclingo.errors import QuestionError
+from rosoclingo.loop.values.atoms import COMMIT, PASSED, SAVE, Plan, event
 from rosoclingo.why.copy_by_regrounding import RebuildingCopy
 from rosoclingo.why.doubts import DOUBTS, OBSTACLES, doubts, one_of_each, prevents, sentence
-from rosoclingo.why.planner_copy import CopyAnswer, Deadline, Possible, Verdict
+from rosoclingo.why.planner_copy import CopyAnswer, Deadline, PlanQuery, Possible, Verdict
 from rosoclingo.why.rules import is_relaxed
 from rosoclingo.why.situation import Situation
 
@@ -76,7 +68,7 @@ class RetellingCopy(RebuildingCopy):
                 "the encoding does not say what can be done instead: it has no part possible(k) "
                 "with #external possible(R,A); see docs/why.md"
             )
-        self._ask(told, frozenset(), ())
+        self._ask(PlanQuery(told))
         planner = self._planner
         planner.run(planner.demand.ground([Part("possible", (str(planner.demand.searches),))]))
         terms = (split_term(atom) for atom in planner.externals())
@@ -86,7 +78,7 @@ class RetellingCopy(RebuildingCopy):
         """Says what prevents a plan; see :class:`.planner_copy.Copy`."""
         if not self._has_doubts:
             return (), ()
-        self._ask(told, frozenset(), ())
+        self._ask(PlanQuery(told))
         missing = doubts(self._planner, OBSTACLES)
         others = filter(prevents, doubts(self._planner, DOUBTS))
         found = one_of_each([*missing, *others])
@@ -95,30 +87,22 @@ class RetellingCopy(RebuildingCopy):
             _sentences([one for one in found if one not in missing]),
         )
 
-    def ask(
-        self,
-        told: FrozenSet[str],
-        goals: FrozenSet[str] = frozenset(),
-        demands: Tuple[Assumption, ...] = (),
-        *,
-        best: bool = False,
-    ) -> Verdict:
+    def ask(self, asked: PlanQuery, *, best: bool = False) -> Verdict:
         """Looks for the best plan; see :class:`.planner_copy.Copy`.
 
         Raises:
             QuestionError: There are demands, for which the encoding has no atoms.
         """
-        if demands:
+        if asked.demands:
             raise QuestionError("an encoding that is told its events has no atoms to be demanded")
-        verdict = super().ask(told)
+        verdict = super().ask(PlanQuery(asked.told))
         plan = verdict.plan
-        if plan is not None and any(plan.end_of(slot) is None for slot in goals):
+        if plan is not None and any(plan.end_of(slot) is None for slot in asked.goals):
             return Verdict(CopyAnswer.NONE)
         return verdict
 
-    def _ask(
-        self, told: FrozenSet[str], goals: FrozenSet[str], demands: Tuple[Assumption, ...]
-    ) -> Verdict:
+    def _ask(self, asked: PlanQuery) -> Verdict:
+        told = asked.told
         saved = sorted(atom for atom in told if atom.startswith(SAVE))
         happened = told.difference(saved)
         happened = frozenset(
@@ -148,7 +132,8 @@ class RetellingCopy(RebuildingCopy):
             found = self._shortest(last, told)
             if found is None:
                 return Verdict(self._without_plan())
-        plan = _moved(found, self.step - last)
+        ahead = tuple(map(str, Plan(found.actions).actions_from(found.step + 1)))
+        plan = replace(found, actions=ahead).later(self.step - last)
         plan = replace(plan, ends=(*(end for end in past if end[2] <= self.step), *plan.ends))
         return Verdict(CopyAnswer.PLAN if plan.horizon <= self.last else CopyAnswer.NONE, plan)
 
@@ -156,23 +141,14 @@ class RetellingCopy(RebuildingCopy):
         """Returns any plan after a step: all of them have the same fluents in that step."""
         demand = self._planner.demand
         self._planner.run(*demand.prepare(step))
-        found: List[Improvement] = []
-
-        def solve() -> Outcome:
-            return self._engine.solve(
-                (), lambda: bool(found) or self.deadline.is_over(), found.append
-            )
-
-        outcome = solve()
-        if not found and outcome.result is Result.UNSAT and demand.may_relax:
+        outcome = self._solve()
+        if outcome.result is Result.UNSAT and demand.may_relax:
             self._planner.run(demand.begin_search(step, "search", "relax"))
-            outcome = solve()
-        if not found and outcome.result is Result.UNKNOWN:
-            raise InterruptedQuestionError("there was no time for an answer")
-        if not found and outcome.result is Result.UNSAT:
+            outcome = self._solve()
+        if outcome.result is Result.UNSAT:
             return None
         with self.at(step):
-            return self._plan(found[-1].symbols if found else outcome.symbols, step, told)
+            return self._plan(outcome.symbols, step, told)
 
     def _shortest(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
         """Returns the best plan, for the first horizon from a step on that has one.
@@ -205,7 +181,7 @@ class RetellingCopy(RebuildingCopy):
 def _first(symbols: Sequence[str], told: FrozenSet[str], step: int) -> int:
     """Returns the step before the first action that was not done, if that is before a step."""
     actions = Plan(tuple(symbols)).actions_from(0)
-    new = (a.step for a in actions if event("commit", _act(a), a.step) not in told)
+    new = (action.step for action in actions if action.commit not in told)
     return min(step, min(new, default=step + 1) - 1)
 
 
@@ -214,22 +190,3 @@ def _sentences(found: Sequence[str]) -> Tuple[str, ...]:
     more = len(found) - _MOST_DOUBTS
     rest = (f"and {more} more",) if more > 0 else ()
     return (*map(sentence, found[:_MOST_DOUBTS]), *rest)
-
-
-def _act(action: Action) -> str:
-    return f"do({action.actuator},{action.name})"
-
-
-def _moved(plan: Possible, steps: int) -> Possible:
-    """Returns a plan that begins some steps later."""
-    actions = (
-        Action(action.actuator, action.name, action.step + steps)
-        for action in Plan(plan.actions).actions_from(plan.step + 1)
-    )
-    return replace(
-        plan,
-        actions=tuple(map(str, actions)),
-        step=plan.step + steps,
-        horizon=plan.horizon + steps,
-        ends=tuple((slot, word, at + steps) for slot, word, at in plan.ends),
-    )

@@ -209,7 +209,7 @@ class Explainer:
         last = 2 * case.copy.last + 10
         deadline = Deadline(case.deadline.left() * _FARTHER, self._stopped)
         try:
-            return case.on(self._copy(deadline, last)).plan
+            return self._copy(deadline, last).ask(case.query(case.facts.all())).plan
         except InterruptedQuestionError:
             return None
 

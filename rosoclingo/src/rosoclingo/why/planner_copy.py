@@ -6,14 +6,16 @@ import abc
 import contextlib
 import enum
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import AbstractSet, Callable, Dict, FrozenSet, Iterator, List, Optional, Sequence, Tuple
 
-from rosclingo.wire.commands import Assumption
+from rosclingo.solver.engine import Engine
+from rosclingo.wire.commands import Assumption, Improvement, Outcome, Result
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.journal import TERMINAL_STATUSES
-from rosoclingo.loop.values.atoms import Plan, event
+from rosoclingo.loop.values.atoms import Plan
+from rosoclingo.why.situation import moved
 
 
 class CopyAnswer(enum.Enum):
@@ -49,6 +51,16 @@ class Possible:
         """Returns the step in which the goal in a slot ends."""
         return next((step for own, _, step in self.ends if own == slot), None)
 
+    def later(self, steps: int) -> Possible:
+        """Returns the same plan some steps later."""
+        return replace(
+            self,
+            actions=tuple(moved(action, steps) for action in self.actions),
+            step=self.step + steps,
+            horizon=self.horizon + steps,
+            ends=tuple((slot, word, at + steps) for slot, word, at in self.ends),
+        )
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -63,6 +75,21 @@ class Verdict:
     answer: CopyAnswer
     plan: Optional[Possible] = None
     core: Optional[FrozenSet[str]] = None
+
+
+@dataclass(frozen=True)
+class PlanQuery:
+    """A hypothetical query: whether there is a plan.
+
+    Attributes:
+        told: The events that are true; no others are.
+        goals: The slots of goals that have to end in the plan, whatever the encoding wants.
+        demands: Atoms that have to be in it, or must not.
+    """
+
+    told: FrozenSet[str]
+    goals: FrozenSet[str] = frozenset()
+    demands: Tuple[Assumption, ...] = ()
 
 
 class Deadline:
@@ -112,6 +139,7 @@ class Copy(abc.ABC):
     savable: FrozenSet[str]
     step: int
     last: int
+    _engine: Engine
 
     @contextlib.contextmanager
     def up_to(self, last: int) -> Iterator[None]:
@@ -123,20 +151,11 @@ class Copy(abc.ABC):
             self.last = own
 
     @abc.abstractmethod
-    def ask(
-        self,
-        told: FrozenSet[str],
-        goals: FrozenSet[str] = frozenset(),
-        demands: Tuple[Assumption, ...] = (),
-        *,
-        best: bool = False,
-    ) -> Verdict:
+    def ask(self, asked: PlanQuery, *, best: bool = False) -> Verdict:
         """Searches for a shortest plan.
 
         Args:
-            told: The events that are true; no others are.
-            goals: The slots of goals that have to end in the plan, whatever the encoding wants.
-            demands: Atoms that have to be in it, or must not.
+            asked: What has to be so.
             best: Whether the plan that the encoding finds best is wanted, of those for its horizon.
 
         Raises:
@@ -144,23 +163,15 @@ class Copy(abc.ABC):
             RosclingoError: The encoding does not fit.
         """
 
-    def ask_any(
-        self,
-        told: FrozenSet[str],
-        others: Sequence[Sequence[str]],
-        goals: FrozenSet[str] = frozenset(),
-        demands: Tuple[Assumption, ...] = (),
-    ) -> Optional[Verdict]:
+    def ask_any(self, asked: PlanQuery, others: Sequence[Sequence[str]] = ()) -> Optional[Verdict]:
         """Searches for any plan with some events and any subset of others; None if unsupported.
 
         It does not say which plan, or whether there is a contradiction. Its core has the
         constraints, too, that are not relaxed, by what would relax them.
 
         Args:
-            told: The events that are true.
-            others: Those that are true or not; all events of a sequence are, or none.
-            goals: As for :meth:`ask`.
-            demands: As for :meth:`ask`.
+            asked: What has to be so.
+            others: Events that are true or not; all events of a sequence are, or none.
         """
         return None
 
@@ -177,6 +188,23 @@ class Copy(abc.ABC):
     @abc.abstractmethod
     def unknown(self, events: Sequence[str]) -> List[str]:
         """Returns the reasons why some of these events cannot be told."""
+
+    def _solve(self, assumptions: Sequence[Assumption] = (), *, best: bool = False) -> Outcome:
+        """Searches for any answer set, or for the best one."""
+        self.deadline.check()
+        found: List[Improvement] = []
+
+        def stopped() -> bool:
+            return (bool(found) and not best) or self.deadline.is_over()
+
+        outcome = self._engine.solve(assumptions, stopped, found.append)
+        if found and not best:
+            return Outcome(Result.SAT, symbols=found[-1].symbols)
+        if outcome.result is Result.UNKNOWN:
+            if found:  # the best so far
+                return Outcome(Result.SAT, interrupted=True, symbols=found[-1].symbols)
+            raise InterruptedQuestionError("there was no time for an answer")
+        return outcome
 
     def _begins(self, told: AbstractSet[str]) -> Dict[str, int]:
         """Returns for each slot the step in which its last goal was told; 0 if it was saved."""
@@ -199,10 +227,8 @@ class Copy(abc.ABC):
             for slot, word in plan.statuses(step)
             if word in TERMINAL_STATUSES and step >= begins.get(slot, 0)
         ]
-        now = (
-            event("commit", f"do({a.actuator},{a.name})", a.step) for a in plan.actions(self.step)
-        )
-        steps = last - self.step + any(commit not in told for commit in now)
+        now = plan.actions(self.step)
+        steps = last - self.step + any(action.commit not in told for action in now)
         actions = [action for action in plan.actions_from(self.step) if action.step <= last]
         holds = plan.last_fluents(self.step)
         return Possible(tuple(map(str, actions)), self.step, last, steps, tuple(ends), tuple(holds))

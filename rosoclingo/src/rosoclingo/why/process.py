@@ -100,7 +100,7 @@ class AnsweringProcess:
                 if child is None:
                     return CLOSED
                 self._ask_to(child)
-                if child.receive(self._seconds_to_start) != READY:
+                if child.ask(None, self._seconds_to_start) != READY:
                     raise ValueError("it is no process that answers")
             self._ask_to(child)
             # The shortest ways: the node's other threads wait for this one.
@@ -184,24 +184,19 @@ class _Child:
             )
         self.is_late = False
 
-    def ask(self, message: bytes, seconds: float) -> bytes:
-        """Sends a message and returns the reply.
+    def ask(self, message: Optional[bytes], seconds: float) -> bytes:
+        """Sends a message, if there is one, and returns the next one that comes.
 
         Raises:
             OSError: The process has ended, or was ended because it took too long.
             EOFError: Likewise.
         """
-        timer = self._watch(seconds)
+        timer = threading.Timer(seconds, self._end_late)
+        timer.daemon = True
+        timer.start()
         try:
-            self._connection.send_bytes(message)
-            return self._connection.recv_bytes(_LONGEST_REPLY)
-        finally:
-            timer.cancel()
-
-    def receive(self, seconds: float) -> bytes:
-        """Receives a message that no :meth:`ask` has caused; raises what that does."""
-        timer = self._watch(seconds)
-        try:
+            if message is not None:
+                self._connection.send_bytes(message)
             return self._connection.recv_bytes(_LONGEST_REPLY)
         finally:
             timer.cancel()
@@ -228,12 +223,6 @@ class _Child:
         except subprocess.TimeoutExpired:
             self.process.kill()  # does nothing to one that has ended meanwhile
             self.process.wait()
-
-    def _watch(self, seconds: float) -> threading.Timer:
-        timer = threading.Timer(seconds, self._end_late)
-        timer.daemon = True
-        timer.start()
-        return timer
 
     def _end_late(self) -> None:
         self.is_late = True

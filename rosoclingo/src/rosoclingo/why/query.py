@@ -7,7 +7,7 @@ from typing import FrozenSet, Optional, Tuple
 
 from rosclingo.wire.commands import Assumption
 from rosoclingo.why.facts import Fact, FactKind, Facts, atoms
-from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Verdict
+from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, PlanQuery, Verdict
 from rosoclingo.why.reason import MinimalReason, ReasonSearch
 from rosoclingo.why.relaxation import Relaxation
 from rosoclingo.why.rules import NO_RULES, Rules
@@ -83,16 +83,17 @@ class Case:
 
     def ask(self, facts: FrozenSet[Fact], goals: Optional[FrozenSet[str]] = None) -> Verdict:
         """Searches for a plan with these facts."""
-        told = atoms(facts) | self.facts.fixed
-        if goals is None:
-            goals = self.goals(facts)
-        return self.copy.ask(told, goals, self.demands, best=facts == self.facts.all())
+        return self.copy.ask(self.query(facts, goals), best=facts == self.facts.all())
+
+    def query(self, facts: FrozenSet[Fact], goals: Optional[FrozenSet[str]] = None) -> PlanQuery:
+        """Returns what a copy is asked for a plan with these facts."""
+        goals = self.goals(facts) if goals is None else goals
+        return PlanQuery(atoms(facts) | self.facts.fixed, goals, self.demands)
 
     def ask_any(self, facts: FrozenSet[Fact], others: FrozenSet[Fact]) -> Optional[bool]:
         """Returns whether there is a plan with some facts, and any of others; None if not known."""
-        told = atoms(facts) | self.facts.fixed
         groups = [fact.atoms for fact in sorted(others, key=str)]
-        verdict = self.copy.ask_any(told, groups, self.goals(facts), self.demands)
+        verdict = self.copy.ask_any(self.query(facts), groups)
         return None if verdict is None else verdict.answer is CopyAnswer.PLAN
 
     def explain(self, wrong: CopyAnswer) -> MinimalReason:
@@ -104,18 +105,11 @@ class Case:
         ask_any = self.ask_any if wrong is CopyAnswer.NONE else lambda facts, others: None
         reason = ReasonSearch(self.ask, self.facts, self.deadline, wrong, ask_any).run()
         if reason.is_complete and reason.has_only_goals:
-            told = atoms(reason.facts) | self.facts.fixed
-            goals = self.goals(reason.facts)
-            obstacles, doubts = self.copy.doubts(told) if wrong is CopyAnswer.NONE else ((), ())
+            query = self.query(reason.facts)
+            obstacles, doubts = (
+                self.copy.doubts(query.told) if wrong is CopyAnswer.NONE else ((), ())
+            )
             if obstacles or doubts:
                 return replace(reason, obstacles=obstacles, doubts=doubts)
-            relaxation = Relaxation(
-                self.copy, self._rules, told, goals, demands=self.demands, wrong=wrong
-            )
-            return relaxation.add_to(reason)
+            return Relaxation(self.copy, self._rules, query, wrong).add_to(reason)
         return reason
-
-    def on(self, copy: Copy) -> Verdict:
-        """Looks for a plan with all facts on another copy."""
-        told = atoms(self.facts.all()) | self.facts.fixed
-        return copy.ask(told, self.goals(self.facts.all()), self.demands)

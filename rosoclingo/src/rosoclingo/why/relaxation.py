@@ -14,10 +14,9 @@ import contextlib
 from dataclasses import replace
 from typing import Dict, FrozenSet, Iterator, Tuple
 
-from rosclingo.wire.commands import Assumption
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.why.facts import Fact, Facts, atoms
-from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Possible, Verdict
+from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, PlanQuery, Possible, Verdict
 from rosoclingo.why.reason import Ask, MinimalReason, ReasonSearch
 from rosoclingo.why.rules import Rules
 
@@ -28,31 +27,18 @@ _ALL_STEPS = 0.3  # likewise, for proving that a set suffices for all steps
 class Relaxation:
     """Searches for the constraints that prevent a plan with some facts."""
 
-    def __init__(
-        self,
-        copy: Copy,
-        rules: Rules,
-        told: FrozenSet[str],
-        goals: FrozenSet[str],
-        *,
-        demands: Tuple[Assumption, ...],
-        wrong: CopyAnswer,
-    ) -> None:
+    def __init__(self, copy: Copy, rules: Rules, query: PlanQuery, wrong: CopyAnswer) -> None:
         """Prepares a search.
 
         Args:
             copy: The copy, which ends when its deadline is over.
             rules: The constraints that can be relaxed.
-            told: The events that are true.
-            goals: The slots of the goals that have to end.
-            demands: What has to be in a plan.
-            wrong: The answer if nothing is relaxed.
+            query: What is asked if nothing is relaxed.
+            wrong: The answer to that.
         """
         self._copy = copy
         self._rules = rules
-        self._told = told
-        self._goals = goals
-        self._demands = demands
+        self._query = query
         self._wrong = wrong
         self._every = frozenset((*rules.named, *rules.others))
         self._plans: Dict[FrozenSet[Fact], Possible] = {}
@@ -136,16 +122,16 @@ class Relaxation:
 
     def _relax(self, rules: FrozenSet[Fact]) -> Verdict:
         """Searches for a plan without some rules."""
-        return self._copy.ask(self._told | atoms(rules), self._goals, self._demands)
+        return self._copy.ask(self._without(rules))
 
     def _keep(self, rules: FrozenSet[Fact]) -> Verdict:
         """Searches for a plan with only some rules."""
-        told = self._told | atoms(self._every - rules)
-        if self._wrong is CopyAnswer.NONE:
-            verdict = self._copy.ask_any(told, (), self._goals, self._demands)
-            if verdict is not None:
-                return verdict
-        return self._copy.ask(told, self._goals, self._demands)
+        query = self._without(self._every - rules)
+        verdict = self._copy.ask_any(query) if self._wrong is CopyAnswer.NONE else None
+        return self._copy.ask(query) if verdict is None else verdict
+
+    def _without(self, rules: FrozenSet[Fact]) -> PlanQuery:
+        return replace(self._query, told=self._query.told | atoms(rules))
 
     def _search(
         self, ask: Ask, rules: FrozenSet[Fact], wrong: CopyAnswer

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Dict, List, Mapping, Sequence, Tuple
+from typing import Dict, Iterable, List, Mapping, Sequence, Tuple
 
 from clingo import ast
 
@@ -132,25 +132,28 @@ def _is_constraint(statement: ast.AST) -> bool:
 
 def _keeps(constraint: ast.AST) -> bool:
     """Tells if a constraint asks for a plan, or keeps committed actions."""
-    visitor = _Mentions()
-    for literal in constraint.body:
-        visitor.visit(literal)
-    return visitor.found
-
-
-class _Mentions(ast.Transformer):
-    """Detects atoms that ask for a plan, or keep committed actions."""
-
-    found = False
-
-    def visit_SymbolicAtom(self, atom: ast.AST) -> ast.AST:  # noqa: N802 (clingo's name)
-        term = atom.symbol
+    for term in atom_terms(constraint.body):
         if term.ast_type is ast.ASTType.Function:
             words = [str(argument) for argument in term.arguments]
             is_done = words[:1] == ["commit"] or words[:2] == ["info", "passed"]
             if term.name in _GOALS or (term.name == "event" and is_done):
-                self.found = True
-        return atom
+                return True
+    return False
+
+
+def atom_terms(nodes: Iterable[ast.AST]) -> List[ast.AST]:
+    """Returns the terms of all atoms in some nodes."""
+    found: List[ast.AST] = []
+
+    class Collector(ast.Transformer):
+        def visit_SymbolicAtom(self, atom: ast.AST) -> ast.AST:  # noqa: N802 (clingo's name)
+            found.append(atom.symbol)
+            return atom
+
+    collector = Collector()
+    for node in nodes:
+        collector(node)
+    return found
 
 
 def _lines(program: Program) -> Dict[str, List[str]]:

@@ -59,6 +59,11 @@ class Action:
     def __str__(self) -> str:
         return f"do({self.actuator},{self.name},{self.step})"
 
+    @property
+    def commit(self) -> str:
+        """The atom of the event that says that it was published."""
+        return event("commit", f"do({self.actuator},{self.name})", self.step)
+
 
 @dataclass(eq=False)
 class Plan:
