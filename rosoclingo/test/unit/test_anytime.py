@@ -17,7 +17,6 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumed, Outcome
 from rosoclingo.bags.compare import text_report
 from rosoclingo.bags.compare.comparison import compare
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.desk.command_line import parse, simulated
@@ -38,6 +37,7 @@ from rosoclingo.loop.journal import (
     ActionTook,
     CommandDone,
     Ended,
+    Entry,
     Event,
     LoopWaits,
     MessageArrived,

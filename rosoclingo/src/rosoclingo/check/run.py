@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import Any, Callable, Dict, FrozenSet, List, Mapping, Optional, Tuple
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.bags.model import Entry
 from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.inputs import MESSAGE
@@ -22,7 +21,7 @@ from rosoclingo.desk.parts import Parts, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.desk.system import Request
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Event, Status
+from rosoclingo.loop.journal import Entry, Event, Status
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.atoms import Action, event
 from rosoclingo.loop.words import BUSY, SUCCESS
