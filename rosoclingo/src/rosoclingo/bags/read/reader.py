@@ -37,8 +37,7 @@ def read_recording(
     Raises:
         BagError: The bag cannot be read, or has no such run.
     """
-    bag = read_bag(file, lambda one: one.type == LOOP_TYPES.get(owner(one.topic)[1]))
-    return _Reading(file, bag, name).recording(with_feedback)
+    return _Reading(file, read_bag(file), name).recording(with_feedback)
 
 
 class _Reading:
