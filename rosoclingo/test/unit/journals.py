@@ -5,10 +5,10 @@ from __future__ import annotations
 import random
 from typing import List, Sequence
 
-from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.run import Statistics
 from rosoclingo.bags.report.statistics import compute
-from rosoclingo.loop.journal import Fields, decode
+from rosoclingo.loop.journal import Entry, Fields, decode
 
 
 class Journal:

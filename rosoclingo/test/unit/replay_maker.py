@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import List, Sequence, Tuple
 
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
-from rosoclingo.loop.journal import Fields, Record, decode
+from rosoclingo.loop.journal import Entry, Fields, Record, decode
 
 Made = Tuple[str, str, str, int]
 """Kind, id, text and step."""

@@ -16,7 +16,6 @@ from rosclingo.errors import ParameterError
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumed, Outcome
 from rosoclingo.bags.compare.comparison import compare
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.desk.command_line import parse, simulated
@@ -37,6 +36,7 @@ from rosoclingo.loop.journal import (
     ActionTook,
     CommandDone,
     Ended,
+    Entry,
     Event,
     LoopWaits,
     MessageArrived,

@@ -14,11 +14,10 @@ from draws import draws
 from journals import Journal
 from test_replay_inbox import replay_alike
 
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledKind
-from rosoclingo.loop.journal import ARRIVALS, LOOP, NodeResumed, key_of
+from rosoclingo.loop.journal import ARRIVALS, LOOP, Entry, NodeResumed, key_of
 from rosoclingo.store.store import Store
 
 REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)", "visit(3)"]
@@ -28,7 +27,7 @@ KILLS = 25
 
 def journal_of(file: Path) -> List[Entry]:
     store = Store(file)
-    found = [Entry(one.event, one.step, one.horizon, one.number, one.time) for one in store.records]
+    found = store.records
     store.close()
     return found
 

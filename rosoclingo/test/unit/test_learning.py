@@ -13,7 +13,6 @@ import pytest
 from crashes import Life, Runs, World, outcome
 
 from rosclingo.solver.options import Options
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import EXAMPLES, make_parts
@@ -21,7 +20,7 @@ from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode
-from rosoclingo.loop.journal import ActionTook
+from rosoclingo.loop.journal import ActionTook, Entry
 from rosoclingo.loop.publishing import publish_abort
 from rosoclingo.store.store import Store
 

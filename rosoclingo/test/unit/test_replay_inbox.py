@@ -18,7 +18,6 @@ from rosclingo.errors import ParameterError
 from rosclingo.wire.commands import Assumed, Improvement, Outcome, Result
 from rosoclingo.bags.compare import text_report
 from rosoclingo.bags.compare.comparison import compare
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.replays import ExactReplay
@@ -38,6 +37,7 @@ from rosoclingo.loop.journal import (
     CommandDone,
     Control,
     ControlArrived,
+    Entry,
     Event,
     GoalArrived,
     LoopEnded,

@@ -28,10 +28,10 @@ from rosoclingo.launched.started_with import started_with
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import (
     LOOP,
+    Entry,
     LoopWaits,
     MessageArrived,
     NodeResumed,
-    NumberedRecord,
     Record,
     Status,
     StatusSet,
@@ -448,11 +448,11 @@ def test_of_which_ends_clients_may_not_know(
     with contextlib.closing(Store(file, now=lambda: now[0])) as store:
         for name, now[0] in (("early", 5.0), ("late", 10.0)):
             store.add(Goal("visit(2)", (), name))
-            times = [NumberedRecord(LoopWaits(), 0, 0, int(now[0]), now[0])]
+            times = [Entry(LoopWaits(), 0, 0, int(now[0]), now[0])]
             store.write(Changes(records=times, statuses=[StatusSet(name, Status.SUCCEEDED)]))
         for number, (begin, last) in enumerate(resumed, 10):
             for node, when in ((LOOP, begin), ("planner", last)):
-                event = NumberedRecord(NodeResumed(node), 0, 0, 2 * number + (node != LOOP), when)
+                event = Entry(NodeResumed(node), 0, 0, 2 * number + (node != LOOP), when)
                 store.write(Changes(records=[event]))
     with contextlib.closing(Store(file)) as store:
         life = Life(World([]), store, runs.make(store))
@@ -666,7 +666,7 @@ class Listening(Environment):
         self._failure = failure
 
     def note(self, record: Record) -> None:
-        assert isinstance(record, NumberedRecord)
+        assert isinstance(record, Entry)
         self.heard.append(record.number)
 
     def publish(self, actuator: str, action: str) -> None:

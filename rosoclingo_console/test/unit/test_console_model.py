@@ -10,7 +10,7 @@ import pytest
 from rosclingo.wire.commands import Result
 from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Event, NumberedRecord, Status
+from rosoclingo.loop.journal import Entry, Event, Status
 from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.model.metrics import METRICS, exposition
 from rosoclingo_console.model.sentences import tell
@@ -34,7 +34,7 @@ class Run:
         for event in events:
             self.number += 1
             self.time += 1.0
-            self.model.hear(NumberedRecord(event, step, 9, self.number, self.time))
+            self.model.hear(Entry(event, step, 9, self.number, self.time))
 
     def look(self) -> None:
         """Takes the changes as a page does; what it has then is what a new page gets."""
@@ -242,7 +242,7 @@ def test_what_an_operator_held_is_a_bar() -> None:
 def test_numbers_that_were_heard_are_ignored_and_missed_ones_counted() -> None:
     run = Run()
     run.hear(journal.GoalArrived("g", "r"))
-    run.model.hear(NumberedRecord(journal.GoalArrived("g", "r"), 0, 0, 1, 1001.0))
+    run.model.hear(Entry(journal.GoalArrived("g", "r"), 0, 0, 1, 1001.0))
     run.look()
     assert [line["number"] for line in run.lines] == [1]
     run.number = 4

@@ -9,11 +9,11 @@ from typing import Any, Dict
 import pytest
 from console_server import run, until
 
-from rosoclingo.bags.model import Entry, FeedbackLine, Recording
+from rosoclingo.bags.model import FeedbackLine, Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Control
+from rosoclingo.loop.journal import Control, Entry
 from rosoclingo.loop.quality import Quality
 from rosoclingo_console import bag_console
 from rosoclingo_console.model.playback import Playback

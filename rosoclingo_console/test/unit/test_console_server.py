@@ -16,7 +16,7 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.page import render
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import NumberedRecord
+from rosoclingo.loop.journal import Entry
 from rosoclingo_console.web.channel import REFUSED
 from rosoclingo_console.web.server import HEADERS
 
@@ -289,7 +289,7 @@ def test_a_word_that_is_too_long_ends_a_channel() -> None:
 def test_a_page_sees_what_there_is_and_what_changes() -> None:
     async def check() -> None:
         async with console() as one:
-            record = NumberedRecord(journal.GoalArrived("g", "visit(2)"), 0, 0, 1, 3.0)
+            record = Entry(journal.GoalArrived("g", "visit(2)"), 0, 0, 1, 3.0)
             one.hub.post(SYSTEM, lambda model: model.hear(record))
             socket = await one.live("")
             hello = (await hear(socket, "hello"))["hello"]

@@ -7,21 +7,7 @@ from typing import Mapping, Tuple
 
 from rosoclingo.drawing.holds import HoldHistory, HoldSpan, OperatorDecisions
 from rosoclingo.launched.about import Launched
-from rosoclingo.loop.journal import Record
-
-
-@dataclass(frozen=True)
-class Entry(Record):
-    """An event of a recorded journal.
-
-    Attributes:
-        number: Its number in the journal, from 1.
-        seconds: When it happened, in seconds of wall time since the recording began; negative for
-            what was published before.
-    """
-
-    number: int = 1
-    seconds: float = 0.0
+from rosoclingo.loop.journal import Entry
 
 
 @dataclass(frozen=True)

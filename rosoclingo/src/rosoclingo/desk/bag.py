@@ -11,14 +11,13 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES
 from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
 from rosoclingo.desk.parts import shared
 from rosoclingo.desk.system import System
 from rosoclingo.launched.about import LOOP_NODE, SOLVER_NODE
-from rosoclingo.loop.journal import encode
+from rosoclingo.loop.journal import Entry, encode
 
 _NAME = "/rosoclingo"
 _TEXT, _EVENT = LOOP_TYPES["about"], LOOP_TYPES["journal"]

@@ -13,10 +13,9 @@ from __future__ import annotations
 from typing import Any, Callable, Dict, List, Mapping, Set, Tuple
 
 from rosclingo.wire.commands import Result
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.report.changes import Planned, after_reset, change, planned
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Status
+from rosoclingo.loop.journal import Entry, Status
 from rosoclingo.loop.values.beliefs import Beliefs
 
 

@@ -18,11 +18,10 @@ from __future__ import annotations
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.bags.model import Entry
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop import journal
 from rosoclingo.loop.inputs.inbox import Inbox
-from rosoclingo.loop.journal import MessageArrived
+from rosoclingo.loop.journal import Entry, MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal, GoalClient

@@ -460,16 +460,17 @@ class Record:
 
 
 @dataclass(frozen=True)
-class NumberedRecord(Record):
+class Entry(Record):
     """A journal record with its sequence number and timestamp.
 
     Attributes:
         number: Its number in the run, from 1.
-        time: When it happened, in seconds of wall time.
+        seconds: When it happened, in seconds of wall time; in a recording since that began, and
+            negative for what was published before.
     """
 
     number: int = 1
-    time: float = 0.0
+    seconds: float = 0.0
 
 
 _BEST_SO_FAR = "the best so far"  # what a plan is whose search was cut off

@@ -165,8 +165,8 @@ class RosEnvironment(Environment):
     def note(self, record: journal.Record) -> None:
         """Publishes to ``~journal``. Thread-safe."""
         with self._lock:
-            if isinstance(record, journal.NumberedRecord):
-                self._number, now = record.number, record.time
+            if isinstance(record, journal.Entry):
+                self._number, now = record.number, record.seconds
             else:
                 self._number, now = self._number + 1, time.time()
             stamp = rospy.Time.from_sec(now)  # of wall time, whatever a simulator's clock

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Callable, Deque, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 from rosoclingo.errors import StoreError
-from rosoclingo.loop.journal import NumberedRecord, Reason, Record, Status, StatusSet
+from rosoclingo.loop.journal import Entry, Reason, Record, Status, StatusSet
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
@@ -62,12 +62,12 @@ class Outbox(Environment):
         self._is_unsure = store.snapshot is not None  # whether the run in the store goes on
         # Of the loop's thread, until its next commit; others add to the records.
         self._effects: List[HeldEffect] = []
-        self._records: List[NumberedRecord] = []  # whose numbers follow when they are written
+        self._records: List[Entry] = []  # whose numbers follow when they are written
         # Guards the journal's number, and that its records leave in their order. Held while it is
         # written, and actions leave; whoever has it takes no lock of actionlib's or of a goal.
         self._lock = threading.Lock()
         self._number = max((record.number for record in store.records), default=0)
-        self._written: Deque[NumberedRecord] = deque()  # and have not left yet
+        self._written: Deque[Entry] = deque()  # and have not left yet
 
     def begin(self) -> None:
         """Confirms that the run is resumed, in this thread, which is the loop's."""
@@ -136,7 +136,7 @@ class Outbox(Environment):
 
     def note(self, record: Record) -> None:
         """Adds an event to the journal."""
-        self.add(NumberedRecord(record.event, record.step, record.horizon, time=time.time()))
+        self.add(Entry(record.event, record.step, record.horizon, seconds=time.time()))
 
     def info(self, text: str) -> None:
         """Logs information."""
@@ -148,7 +148,7 @@ class Outbox(Environment):
 
     # What lets it out.
 
-    def add(self, one: Union[HeldEffect, NumberedRecord]) -> None:
+    def add(self, one: Union[HeldEffect, Entry]) -> None:
         """Holds an effect of the loop's thread, and lets one of another thread out."""
         effects, records = ([one], []) if isinstance(one, HeldEffect) else ([], [one])
         if threading.get_ident() == self._owner:
@@ -228,7 +228,7 @@ class Outbox(Environment):
     def _write(
         self,
         effects: Sequence[HeldEffect],
-        records: Sequence[NumberedRecord],
+        records: Sequence[Entry],
         changes: Changes,
         ended: Optional[str] = None,
     ) -> List[str]:

@@ -18,8 +18,8 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.durability import KnownGoal
 from rosoclingo.loop.health import StoreSummary
 from rosoclingo.loop.inputs.inbox import Cancel, Item, arrival_of, item_of
+from rosoclingo.loop.journal import Entry, StatusSet
 from rosoclingo.loop.journal import Fields as JournalFields
-from rosoclingo.loop.journal import NumberedRecord, StatusSet
 from rosoclingo.loop.loop import LoopSnapshot
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.snapshot import remade
@@ -51,7 +51,7 @@ class Changes:
         shortens: Whether of the values of an external only the last one is needed.
     """
 
-    records: Sequence[NumberedRecord] = ()
+    records: Sequence[Entry] = ()
     actions: Sequence[Tuple[str, str]] = ()
     statuses: Sequence[StatusSet] = ()
     taken: Sequence[int] = ()
@@ -105,7 +105,7 @@ class Store:
             self._see_losses(lossy)
             records = self.records
             self.unsure_since = _unsure_since(records)
-            self.pause = now() - max((record.time for record in records), default=0.0)
+            self.pause = now() - max((record.seconds for record in records), default=0.0)
             self.ended: Optional[str] = self._database.read(_RUN).get(_ENDED)
             if self.ended is not None:
                 self._clear()
@@ -242,7 +242,7 @@ class Store:
             return {key: (_text(actuator), _text(action)) for key, (actuator, action) in pairs}
 
     @property
-    def records(self) -> List[NumberedRecord]:
+    def records(self) -> List[Entry]:
         """The journal's last events."""
         with self._understood():
             return [_record(int(n), value) for n, value in self._database.read(_JOURNAL).items()]
@@ -342,10 +342,10 @@ class Store:
             self._open_goals[goal.id] = goal.request
         rows.put(_GOAL, goal.id, json.dumps(dataclasses.astuple(goal)[1:]))
 
-    def _write_records(self, rows: Rows, records: Sequence[NumberedRecord]) -> None:
+    def _write_records(self, rows: Rows, records: Sequence[Entry]) -> None:
         for record in records:
             fields = journal.encode(record.event)
-            value = json.dumps([record.time, record.step, record.horizon, *fields])
+            value = json.dumps([record.seconds, record.step, record.horizon, *fields])
             rows.put(_JOURNAL, str(record.number), value)
             self._events.append(str(record.number))
         too_many = len(self._events) - _MOST_EVENTS
@@ -375,25 +375,25 @@ def _open_ones(goals: Mapping[str, KnownGoal]) -> Dict[str, str]:
     return {key: goal.request for key, goal in goals.items() if not goal.status.is_terminal}
 
 
-def _unsure_since(records: Sequence[NumberedRecord]) -> float:
+def _unsure_since(records: Sequence[Entry]) -> float:
     """Returns since when goals have ended whose clients may not know their results.
 
     A process that goes on publishes results again, and may die before they have left it: then those
     are unsure of which it was so when it began.
     """
-    last = records[-1].time if records else 0.0
+    last = records[-1].seconds if records else 0.0
     for event, before in zip(reversed(records), list(reversed(records))[1:]):
         if isinstance(event.event, journal.NodeResumed) and event.event.node == journal.LOOP:
-            if last - event.time >= _DRAINED_SECONDS:
+            if last - event.seconds >= _DRAINED_SECONDS:
                 break
-            last = before.time
+            last = before.seconds
     return last - _DRAINED_SECONDS
 
 
-def _record(number: int, text: str) -> NumberedRecord:
+def _record(number: int, text: str) -> Entry:
     seconds, step, horizon, *fields = json.loads(text)
     event = journal.decode(JournalFields(*fields))
-    return NumberedRecord(event, int(step), int(horizon), number, float(seconds))
+    return Entry(event, int(step), int(horizon), number, float(seconds))
 
 
 def _item(text: str, goals: Callable[[str], Optional[Goal]]) -> Optional[Item]:

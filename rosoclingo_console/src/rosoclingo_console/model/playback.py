@@ -3,7 +3,7 @@
 Plan and actions are those that follow from the journal. What goals were told, and what was held, is
 in topics of their own; which actions were held, a bag from before ``~held`` was recorded lacks.
 
->>> from rosoclingo.bags.model import Entry
+>>> from rosoclingo.loop.journal import Entry
 >>> entries = (Entry(journal.ActionPublished("robot", "go(2)"), 1, 2, 1, 0.5),)
 >>> playback = Playback(Recording("/rosoclingo", entries))
 >>> playback.seek(1.0).actuators.count_open(), playback.seek(0.0).actuators.count_open()
@@ -17,11 +17,11 @@ from functools import partial
 from typing import Callable, Iterator, Set, Tuple
 
 from rosclingo.wire.term_text import last_number
-from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.model import Recording
 from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Control, NumberedRecord
+from rosoclingo.loop.journal import Control, Entry
 from rosoclingo_console.model.system import SystemModel
 from rosoclingo_console.model.values import quality_words
 
@@ -90,7 +90,7 @@ class Playback:
 
     def _take(self, entry: Entry) -> None:
         event, model = entry.event, self.model
-        model.hear(NumberedRecord(event, entry.step, entry.horizon, entry.number, entry.seconds))
+        model.hear(entry)
         if isinstance(event, journal.PlanFound):
             self._plan = event.actions
             if event.quality is not None:

@@ -12,7 +12,7 @@ from typing import Any, Deque, Dict, List, Optional, Sequence
 from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.drawing.holds import HoldHistory, OperatorDecisions
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import NumberedRecord, Status
+from rosoclingo.loop.journal import Entry, Status
 from rosoclingo_console.model.actuators import ActuatorTable
 from rosoclingo_console.model.beliefs import BeliefTable
 from rosoclingo_console.model.board import Board, Row
@@ -55,7 +55,7 @@ class SystemModel:
         self.messages = MessageTable()
         self._beliefs = BeliefTable()
         self._counters = Counters()
-        self._last: Optional[NumberedRecord] = None
+        self._last: Optional[Entry] = None
         self._works = False
         self._ended = ""
         self._missed = 0
@@ -73,14 +73,14 @@ class SystemModel:
         if is_connected != self._connected:
             self._connected, self._since = is_connected, time
 
-    def hear(self, record: NumberedRecord) -> None:
+    def hear(self, record: Entry) -> None:
         """Takes an event of the journal; one that was heard before is ignored.
 
         A number that came before, with a later time, is that of a new run.
         """
         last = self._last
         if last is not None and record.number <= last.number:
-            if record.time <= last.time:
+            if record.seconds <= last.seconds:
                 return
             if not isinstance(record.event, journal.NodeResumed):
                 self._forget_run()
@@ -91,7 +91,7 @@ class SystemModel:
         self._follow(record)
         kind, text = tell(record.event, self.goals.requests)
         line = {
-            "number": record.number, "time": round(record.time, _DIGITS), "step": record.step,
+            "number": record.number, "time": round(record.seconds, _DIGITS), "step": record.step,
             "kind": kind, "text": text,
         }  # fmt: skip
         self._lines.append(line)
@@ -107,8 +107,8 @@ class SystemModel:
         self._new_lines.clear()
         self._is_new_run = True
 
-    def _follow(self, record: NumberedRecord) -> None:
-        event, time = record.event, record.time
+    def _follow(self, record: Entry) -> None:
+        event, time = record.event, record.seconds
         self._map.hear(event)
         if not isinstance(event, _BESIDE):
             self._works = not isinstance(event, (journal.LoopWaits, journal.LoopEnded))

@@ -10,7 +10,7 @@ from std_msgs.msg import String
 
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.drawing.holds import OperatorDecisions
-from rosoclingo.loop.journal import NumberedRecord, decode
+from rosoclingo.loop.journal import Entry, decode
 from rosoclingo.msg import (
     ROSoClingoActionFeedback,
     ROSoClingoDispatch,
@@ -56,7 +56,7 @@ class Listener:
         return subscriber(topic, kind, lambda message: self._post(read(message)))
 
     def _on_event(self, message: ROSoClingoEvent) -> None:
-        record = NumberedRecord(
+        record = Entry(
             decode(message), message.step, message.horizon, message.number, message.stamp.to_sec()
         )
         self._post(lambda model: model.hear(record))

@@ -13,10 +13,11 @@ from typing import Callable, List, Optional, Sequence, Tuple
 from rosclingo.errors import RosclingoError
 from rosoclingo.bags.compare import junit, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level
-from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.text import say
 from rosoclingo.errors import BagError
+from rosoclingo.loop.journal import Entry
 
 _GAPS_SHOWN = 5
 _REMAPPING = re.compile(r"[\w~/]+:=")

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Dict, List, Optional, Tuple, Union
 
 from rosclingo.wire.term_text import last_number
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Output, Run
 from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Entry
 
 OPEN_GOAL = "open"
 """The outcome of a goal that has not ended."""

@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Callable
 
 from rosoclingo.bags.read.decompress import ExpansionError
 from rosoclingo.bags.read.records import Records
-from rosoclingo.bags.wire import PublisherConnection
 from rosoclingo.errors import BagError
 
 _MAGIC = re.compile(rb"#ROSBAG V(\d+)\.(\d+)\r?\n")
 _LONGEST_MAGIC = 32  # bytes
 
 
-def read_bag(file: Path, wanted: Callable[[PublisherConnection], bool]) -> Records:
+def read_bag(file: Path) -> Records:
     """Reads a bag; one that is damaged, as far as that goes.
-
-    Args:
-        file: The bag.
-        wanted: Whether the messages of a connection are.
 
     Raises:
         BagError: It is no bag, or nothing can be read.
@@ -30,7 +24,7 @@ def read_bag(file: Path, wanted: Callable[[PublisherConnection], bool]) -> Recor
     try:
         with file.open("rb") as opened:
             opened.seek(_check(file, opened.read(_LONGEST_MAGIC)))
-            records = Records(opened, wanted)
+            records = Records(opened)
     except OSError as err:
         raise BagError(f"{file}: {err.strerror}; give the path of a bag") from err
     except ExpansionError as err:

@@ -6,7 +6,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
-from rosoclingo.bags.model import Entry, FeedbackLine, Recording
+from rosoclingo.bags.model import FeedbackLine, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.records import Records
@@ -16,7 +16,7 @@ from rosoclingo.bags.wire import Message, PublisherConnection
 from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import Launched
-from rosoclingo.loop.journal import NodeResumed, decode
+from rosoclingo.loop.journal import Entry, NodeResumed, decode
 
 _OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosoclingo/")}
 _RUNS = ("journal", "goal", "in", "out")  # topics of which one at least shows that there is a run
@@ -37,8 +37,7 @@ def read_recording(
     Raises:
         BagError: The bag cannot be read, or has no such run.
     """
-    bag = read_bag(file, lambda one: one.type == LOOP_TYPES.get(owner(one.topic)[1]))
-    return _Reading(file, bag, name).recording(with_feedback)
+    return _Reading(file, read_bag(file), name).recording(with_feedback)
 
 
 class _Reading:

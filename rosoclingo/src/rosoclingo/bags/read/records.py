@@ -14,10 +14,10 @@ import enum
 import os
 import struct
 from io import BytesIO
-from typing import BinaryIO, Callable, Dict, List, Mapping
+from typing import BinaryIO, Dict, List, Mapping
 
 from rosoclingo.bags.read.decompress import Expander, ExpansionError
-from rosoclingo.bags.topics import resolved
+from rosoclingo.bags.topics import LOOP_TYPES, owner, resolved
 from rosoclingo.bags.wire import Message, PublisherConnection
 
 _LENGTH = 4  # bytes of a length and of a number, the lowest first
@@ -44,19 +44,15 @@ class Records:
     """All records of a bag.
 
     Attributes:
-        messages: The messages, in the order of their times.
+        messages: The messages of a planning loop's topics, in the order of their times.
         connections: All connections by their numbers, of messages or not.
         header: That of the bag; empty if there is none.
         losses: What is damaged, in words.
         size: Size of the bag in bytes.
     """
 
-    def __init__(self, file: BinaryIO, wanted: Callable[[PublisherConnection], bool]) -> None:
-        """Reads all records.
-
-        Args:
-            file: The bag, at its first record.
-            wanted: Whether the messages of a connection are.
+    def __init__(self, file: BinaryIO) -> None:
+        """Reads all records of a bag, which is at its first one.
 
         Raises:
             ExpansionError: A chunk expands to too much; the text says which.
@@ -66,7 +62,6 @@ class Records:
         self.header: Mapping[bytes, bytes] = {}
         self.losses: List[str] = []
         self.size = os.fstat(file.fileno()).st_size
-        self._wanted = wanted
         self._expander = Expander(self.size)
         self._in_chunk = False
         self._places: List[int] = []  # of the connections and chunk infos that end the bag
@@ -148,7 +143,7 @@ class Records:
             connection = self.connections.get(_number(header, b"conn"))
             if connection is None:
                 raise _DamageError("a message belongs to no connection")
-            if self._wanted(connection):
+            if connection.type == LOOP_TYPES.get(owner(connection.topic)[1]):
                 self.messages.append(Message(connection, _time(header), source.read(length)))
         elif operation == _Op.BAG:
             self.header = self.header or header

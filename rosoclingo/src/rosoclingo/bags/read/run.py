@@ -7,10 +7,10 @@ from itertools import takewhile
 from typing import Dict, List, Optional, Sequence, Set, Tuple, Union
 
 from rosclingo.wire.term_text import last_number
-from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.run_end import RunEnd
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Reason
+from rosoclingo.loop.journal import Entry, Reason
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,8 @@ from itertools import takewhile
 from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Sequence, Set
 
 from rosclingo.wire.term_text import split_list
-from rosoclingo.bags.model import Entry
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Event, Reason, Status
+from rosoclingo.loop.journal import Entry, Event, Reason, Status
 from rosoclingo.loop.words import SOLVER
 
 TOPICS = ("goal", "in", "out", "cancel", "status", "feedback", "result")

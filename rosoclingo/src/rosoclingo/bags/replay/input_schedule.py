@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.wire.commands import Result
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.inputs import begins_a_wait, is_refused
 from rosoclingo.loop import journal
 from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledInput, ScheduledKind
+from rosoclingo.loop.journal import Entry
 
 
 def input_schedule(

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosclingo.wire.term_text import last_number, split_term
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.report.run import Cause, PlanChange
+from rosoclingo.loop.journal import Entry
 
 Planned = Dict[int, Set[str]]
 """For each step, its actions, as ``actuator: action``."""

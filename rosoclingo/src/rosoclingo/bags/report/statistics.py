@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from rosclingo.wire.commands import Result
-from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.changes import Planned, after_reset, change, explained, planned
 from rosoclingo.bags.report.run import (
     OPEN,
@@ -28,6 +28,7 @@ from rosoclingo.bags.report.run import (
 from rosoclingo.bags.text import compact
 from rosoclingo.drawing.believed import BeliefHistory
 from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Entry
 
 _RECENT = 1000  # a message is dropped soon after it has come
 

@@ -11,8 +11,8 @@ from actionlib_msgs.msg import GoalID, GoalStatusArray
 from std_msgs.msg import Empty, String
 
 from rosclingo.ros.low_latency import publisher, subscriber
-from rosoclingo.bags.model import Entry
 from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Entry
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn
 
 

@@ -13,7 +13,6 @@ import rospy
 from rosclingo.ros.local_master import LocalMaster
 from rosclingo.ros.patches import init_patched_node
 from rosoclingo.bags.compare.comparison import Stall
-from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.progress import ReplayProgress
@@ -23,6 +22,7 @@ from rosoclingo.bags.ros.connection import Connection
 from rosoclingo.bags.ros.replay_nodes import ReplayNodes
 from rosoclingo.errors import BagError
 from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Entry
 
 # Searches are long, and what they have found is seen from what follows.
 _NOT_COMPARED = (
