@@ -326,6 +326,13 @@ def replay(terminals: Terminals, bag: Path, *options: str) -> Terminal:
     return ended
 
 
+def replays_exactly(terminals: Terminals, bag: Path, *options: str, said: str) -> None:
+    """Replays a bag without a difference."""
+    ended = replay(terminals, bag, *options)
+    assert ended.wait() == 0, ended.output
+    assert f"no difference at level exact{said}" in ended.output
+
+
 def copy(bag: Path, name: str, change: Callable[[str, bytes], Optional[bytes]]) -> Path:
     """Copies messages, changed by their topic and bytes; None leaves one out."""
     changed = bag.with_name(name)
@@ -450,9 +457,7 @@ def test_a_mode_that_resets(terminals: Terminals, recorder: Recorder, tmp_path: 
         ["visit(3) visit(2)", "visit(5)", "visit(1)"], [line(), str(island)], mode,
         failures=[1, 4], parameters=["_abort_unreachable:=true"],
     )  # fmt: skip
-    ended = replay(terminals, bag)
-    assert ended.wait() == 0, ended.output
-    assert "no difference at level exact: 4 goals" in ended.output
+    replays_exactly(terminals, bag, said=": 4 goals")
     program = read_recording(bag).programs["/rosoclingo"]
     assert program.parameters == {
         "abort_unreachable": True, "patience": -1.0, "one_by_one_seconds": 2.0,
@@ -468,9 +473,7 @@ def test_steps_without_a_barrier(terminals: Terminals, recorder: Recorder) -> No
     bag = recorder.record(["make(box)"], files, driver=AT_THEIR_PACE)
     actions = [e.event for e in read_recording(bag).entries if isinstance(e.event, ActionPublished)]
     assert [action.action for action in actions].count("work(1,bake)") == 1
-    ended = replay(terminals, bag)
-    assert ended.wait() == 0, ended.output
-    assert "no difference at level exact: 1 goal" in ended.output
+    replays_exactly(terminals, bag, said=": 1 goal")
 
 
 # Each action lasts until the loop waits, and the first ones a while more, in which it looks for a
@@ -511,9 +514,7 @@ def test_a_better_plan(terminals: Terminals, recorder: Recorder, nodes: str) -> 
     recorded = [entry.event for entry in read_recording(bag).entries]
     ways = {event.how for event in recorded if isinstance(event, SearchEnded)}
     assert ways & {Ended.BETTER, Ended.AS_BEFORE, Ended.CHOSEN}
-    ended = replay(terminals, bag)
-    assert ended.wait() == 0, ended.output
-    assert "no difference at level exact: 12 goals" in ended.output
+    replays_exactly(terminals, bag, said=": 12 goals")
 
 
 @pytest.mark.costly
@@ -535,9 +536,7 @@ def test_an_operator(terminals: Terminals, recorder: Recorder) -> None:
         elif isinstance(event, ActionPublished):
             assert steps or not is_paused, event
             steps = False
-    ended = replay(terminals, bag)
-    assert ended.wait() == 0, ended.output
-    assert "no difference at level exact: 12 goals" in ended.output
+    replays_exactly(terminals, bag, said=": 12 goals")
 
 
 OFFICE = "c6 c5 c4 c6 open1 c1 c2 o2 + c2 c1 o3 - c1 c2 c3 c4 o7 + c4 o11 -"
@@ -569,9 +568,7 @@ def test_pauses_in_the_third_scenario(
             is_paused &= event.control is not Control.RESUME
         assert not (is_paused and isinstance(event, ActionPublished)), event
     assert pauses == 10
-    ended = replay(terminals, bag)
-    assert ended.wait() == 0, ended.output
-    assert "no difference at level exact: 2 goals" in ended.output
+    replays_exactly(terminals, bag, said=": 2 goals")
 
 
 @pytest.mark.costly
@@ -582,9 +579,7 @@ def test_retries(terminals: Terminals, recorder: Recorder) -> None:
     bag = recorder.record(["visit(3)"], [line()], parameters=[policies], failures=failures)
     events = [entry.event for entry in read_recording(bag).entries]
     assert [one.retry for one in events if isinstance(one, ActionRetried)] == [1, 2, 1]
-    ended = replay(terminals, bag)
-    assert ended.wait() == 0, ended.output
-    assert "no difference at level exact: 1 goal, 2 steps" in ended.output
+    replays_exactly(terminals, bag, said=": 1 goal, 2 steps")
 
 
 @pytest.mark.costly
@@ -662,9 +657,7 @@ def test_what_comes_while_the_loop_works(
     else:
         mode = f"dynamic.incremental.{system}"
         bag = recorder.record(["goals"], [line()], mode, driver=AT_RANDOM, planner=slot, steps=200)
-    ended = replay(terminals, bag)
-    assert ended.wait() == 0, ended.output
-    assert "no difference at level exact" in ended.output
+    replays_exactly(terminals, bag, said="")
 
 
 PACKAGE = "<package format='3'><name>robots</name><version>1.0.0</version></package>"
@@ -709,9 +702,7 @@ def test_a_bag_of_an_old_system(terminals: Terminals, recorder: Recorder) -> Non
     assert "--planner" in ended.output
     mode = package("rosoclingo") / "modes" / f"{RECORDING}.lp"
     system = ("--controller", f"-f {mode} -c steps=20", "--planner", f"-f {line()}")
-    ended = replay(terminals, old, *system)
-    assert ended.wait() == 0, ended.output
-    assert "no difference at level exact: 3 goals" in ended.output
+    replays_exactly(terminals, old, *system, said=": 3 goals")
     assert replay(terminals, old, *system[:3], f"-f {line()} -c slots=1").wait() == 1
 
 

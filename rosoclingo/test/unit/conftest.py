@@ -35,6 +35,14 @@ def walk(cells: List[int]) -> List[str]:
     return actions
 
 
+def exit_status(program: Callable[..., Any], *arguments: object) -> int:
+    """Runs a program with arguments until it exits."""
+    with pytest.raises(SystemExit) as end:
+        program([str(argument) for argument in arguments])
+    assert isinstance(end.value.code, int)
+    return end.value.code
+
+
 class RecordedGoal(Request):
     """A goal for whose statuses another thread can wait."""
 
@@ -51,6 +59,11 @@ class RecordedGoal(Request):
         """Waits for the end and returns the terminal status."""
         assert self._has_ended.wait(TIMEOUT), f"{self.request} did not end: {self.words}"
         return self.words[-1]
+
+    def ends(self, word: str, reason: str) -> None:
+        """Waits for an end of which something is said."""
+        assert self.wait() == word
+        assert reason in self.reason
 
     def wait_until_accepted(self) -> None:
         assert self._accepted.wait(TIMEOUT), f"{self.request} was not accepted"
@@ -134,6 +147,26 @@ class System:
         self.inbox.put(goal)
         return goal
 
+    def begin(self, request: str) -> RecordedGoal:
+        """Starts when something was asked for."""
+        goal = self.goal(request)
+        self.start()
+        return goal
+
+    def take(self, commands: Sequence[str]) -> None:
+        """Takes as many commands, one by one, without a thread."""
+        self.loop.prepare()
+        for _ in commands:
+            self.loop.step()
+
+    def act(self, *requests: str) -> List[RecordedGoal]:
+        """Asks for something, and waits until the robot acts, which answers nothing by itself."""
+        self.world.answer = lambda actuator, action: None
+        goals = [self.goal(request) for request in requests]
+        self.start()
+        self.world.wait_for(lambda world: bool(world.published))
+        return goals
+
     def cancel(self, goal: Goal) -> None:
         self.inbox.cancel(goal)
 
@@ -151,6 +184,23 @@ class System:
             assert not self._thread.is_alive(), "the loop goes on"
 
 
+HARD = """
+rslot(1..2).
+#program state(t).
+#external event(ID,(hard;easy),t) : rslot(ID).
+want(t) :- event(_,hard,t), not event(_,easy,t).
+1 { at(P,H,t) : H=1..11 } 1 :- P=1..12, want(t).
+:- at(P,H,t), at(Q,H,t), P<Q.
+status(ID,succeeded,t) :- event(ID,_,t).
+#program query(t).
+#external query(t).
+"""
+"""The goal hard: 12 pigeons in 11 holes, which takes minutes; the goal easy makes it easy."""
+
+Make = Callable[..., System]
+"""Makes systems, as the fixtures below."""
+
+
 def _options(arguments: Sequence[str]) -> Options:
     return parse_options([p for a in arguments for p in (("-f", a) if ".lp" in a else (a,))])
 
@@ -165,7 +215,7 @@ def made() -> Iterator[List[System]]:
 
 
 @pytest.fixture
-def system(made: List[System]) -> Callable[..., System]:
+def system(made: List[System]) -> Make:
     """Makes systems: by the name of a mode, further options for it, and those of the planner."""
 
     def make(
@@ -185,7 +235,7 @@ def system(made: List[System]) -> Callable[..., System]:
 
 
 @pytest.fixture
-def single(made: List[System]) -> Callable[..., System]:
+def single(made: List[System]) -> Make:
     """Makes one-node systems: by encodings, and options for clingo."""
 
     def make(*arguments: str, **others: Any) -> System:

@@ -344,56 +344,47 @@ def test_it_rests_while_the_loop_is_in_a_hurry(make: Callable[..., Asked]) -> No
         assert (asked.pid, asked.warnings) == (pid, [])
 
 
-def test_one_that_rests_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:
-    script = tmp_path / "parent.py"
-    script.write_text(
-        "import sys, threading, pickle\n"
-        "from rosoclingo.why.process import AnsweringProcess\n"
-        "process = AnsweringProcess(print, command=eval(sys.argv[2]))\n"
-        "task = pickle.loads(eval(sys.argv[1]))\n"
-        "process.ask(task)\n"
-        "process.rest(True)\n"
-        "threading.Thread(target=process.ask, args=[task]).start()\n"
-        "print(process.pid, flush=True)\n"
-    )
-    command = [sys.executable, str(script), repr(pickle.dumps(task())), repr(IMPATIENT)]
+PARENT = """
+import sys, threading
+import pickle
+from rosoclingo.why.process import AnsweringProcess
+process = AnsweringProcess(print, command=eval(sys.argv[3]))
+process.ask(pickle.loads(eval(sys.argv[1])))
+work = pickle.loads(eval(sys.argv[2]))
+"""
+
+
+@contextlib.contextmanager
+def killed_parent(folder: Path, work: QuestionTask, *lines: str) -> Iterator[int]:
+    """Has a process of its own start one, whose id it yields, and kills the former in the end."""
+    script = folder / "parent.py"
+    script.write_text(PARENT + "\n".join(lines))
+    words = map(repr, (pickle.dumps(task()), pickle.dumps(work), IMPATIENT))
+    command = [sys.executable, str(script), *words]
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env) as parent:
         assert parent.stdout is not None
         pid = int(parent.stdout.readline())
-        wait_for(lambda: state(pid) == "T")
+        yield pid
         parent.kill()
         wait_for(lambda: not is_there(pid))
+
+
+def test_one_that_rests_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:
+    rest = "process.rest(True)", "threading.Thread(target=process.ask, args=[work]).start()"
+    with killed_parent(tmp_path, task(), *rest, "print(process.pid, flush=True)") as pid:
+        wait_for(lambda: state(pid) == "T")
 
 
 def test_it_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:
     """Also while it works, if that one is killed."""
-    script = tmp_path / "parent.py"
-    script.write_text(
-        "import sys, threading\n"
-        "import pickle\n"
-        "from rosoclingo.why.process import AnsweringProcess\n"
-        "process = AnsweringProcess(print, command=eval(sys.argv[3]))\n"
-        "process.ask(pickle.loads(eval(sys.argv[1])))\n"
-        "print(process.pid, flush=True)\n"
-        "process.ask(pickle.loads(eval(sys.argv[2])))\n"
-    )
     slow = tmp_path / "slow.lp"
     slow.write_text("#program state(t). p :- X = 1..1000000, Y = 1..1000000, X * Y < t.")
     work = QuestionTask(Encoding(Options((str(slow),))), SITUATION, PLAN, 3600.0)
-    command = [
-        sys.executable,
-        str(script),
-        *map(repr, (pickle.dumps(task()), pickle.dumps(work), IMPATIENT)),
-    ]
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env) as parent:
-        assert parent.stdout is not None
-        pid = int(parent.stdout.readline())
+    ask = "print(process.pid, flush=True)", "process.ask(work)"
+    with killed_parent(tmp_path, work, *ask) as pid:
         before = ticks(pid)
         wait_for(lambda: ticks(pid) > before + 5)  # it works
-        parent.kill()
-        wait_for(lambda: not is_there(pid))
 
 
 @pytest.mark.costly

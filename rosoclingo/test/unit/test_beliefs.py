@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, Sequence, Tuple
 
 import pytest
-from conftest import PACKAGE
-from conftest import System as Threaded
+from conftest import PACKAGE, Make
 from crashes import Life, Runs, World, outcome
 from test_replay_inbox import replay_alike
 
@@ -168,7 +167,7 @@ def test_an_encoding_that_looks_for_no_causes_has_none(square: str) -> None:
 
 
 @pytest.mark.costly
-def test_a_replay_believes_the_same(square: str, system: Callable[..., Threaded]) -> None:
+def test_a_replay_believes_the_same(square: str, system: Make) -> None:
     run = Square(square)
     run.request(REQUEST)
     assert run.run() is None

@@ -456,18 +456,13 @@ def test_a_mode_that_takes_no_goals(capsys: pytest.CaptureFixture[str]) -> None:
         ([LINE, "--live"], "--live needs ROS: type rosrun rosoclingo check.py"),
         ([LINE, "--mode", "none", "--episodes", "0"], "there is no mode 'none'"),
         ([LINE, "--wrong"], "wrong"),
+        ([LINE, "--episodes", "-1"], "--episodes: a number from 0 on is needed: -1"),
     ],
 )
 def test_a_wrong_command_line(arguments: Sequence[str], reason: str, capsys: Any) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(arguments=arguments)
     assert reason in capsys.readouterr().err
-
-
-def test_a_number_of_episodes(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit, match="2"):
-        main(arguments=[LINE, "--episodes", "-1"])
-    assert "--episodes: a number from 0 on is needed: -1" in capsys.readouterr().err
 
 
 def test_without_ros(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import List, Sequence
 from xml.etree import ElementTree
 
 import pytest
 from bag_maker import Maker, run_without
+from conftest import exit_status
 from replay_maker import ASK, END, RUN, Made, drive, status
 
 from rosoclingo.bags.compare import cli
@@ -15,6 +17,7 @@ from rosoclingo.bags.compare.command import main
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.read.run import Run
 
+compare = partial(exit_status, main)
 FAILS = ASK + status("accepted", 1) + drive(2) + status("aborted", 2) + END
 
 
@@ -35,13 +38,6 @@ def maker(
             seconds = begin + number * 0.1
             bag.event(number, kind, seconds, id=owner, text=text, step=step, details=details)
     return bag
-
-
-def compare(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as end:
-        main([str(argument) for argument in arguments])
-    assert isinstance(end.value.code, int)
-    return end.value.code
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 from random import Random
-from typing import Any, Callable, List
+from typing import Any, List
 
 import pytest
-from conftest import System
+from conftest import Make
 from crashes import Runs, World, outcome
 from draws import draws
 from journals import Journal
@@ -42,9 +42,7 @@ def inputs(entries: List[Entry]) -> Counter[Any]:
 @pytest.mark.costly
 @pytest.mark.parametrize("seed", draws(range(2), 4))
 @pytest.mark.parametrize("mode", ["recording", "dyn_reset"])
-def test_a_replay_without_the_crashes(
-    system: Callable[..., System], tmp_path: Path, mode: str, seed: int
-) -> None:
+def test_a_replay_without_the_crashes(system: Make, tmp_path: Path, mode: str, seed: int) -> None:
     """The journal of a run with crashes is one that a run without them can have."""
     mode = f"dynamic.incremental.{mode}"
     runs, chance = Runs(tmp_path, mode), Random(seed)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Callable
 
 import pytest
-from conftest import PACKAGE, RecordedGoal, System
+from conftest import PACKAGE, Make, RecordedGoal, System
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import Input, Moment
@@ -16,7 +16,6 @@ from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.errors import LoopError
 from rosoclingo.loop import diagnosis
 
-Make = Callable[..., System]
 LINES = {name: str(PACKAGE / f"example/line{name}.lp") for name in ("", "_1.0", "_paper")}
 LINE = LINES[""]
 RECORDING = "dynamic.incremental.recording"
@@ -40,11 +39,26 @@ def line(tmp_path: Path) -> Callable[..., str]:
 ISLAND = "#program transition(t). :- do(robot,go(5),t)."
 
 
+@pytest.fixture
+def ruled(system: Make, line: Callable[..., str]) -> Make:
+    """Makes systems with three nodes: by further rules, a mode, and options for it."""
+
+    def make(rules: str, mode: str, *options: str, slots: int = 2, **others: Any) -> System:
+        encoding = [line(rules), "-c", f"slots={slots}"]
+        return system(mode, *options, encoding=encoding, **others)
+
+    return make
+
+
+@pytest.fixture
+def ruled_alone(single: Make, line: Callable[..., str]) -> Make:
+    """Makes systems with one node: by further rules, and options for clingo."""
+    return lambda rules, *options, **others: single(line(rules), *options, **others)
+
+
 @pytest.mark.parametrize("mode", INCREMENTAL)
-def test_the_goal_that_cannot_be_reached_is_named(
-    system: Make, line: Callable[..., str], mode: str
-) -> None:
-    made = system(mode, "-c", "steps=6", "-c", "r=3", encoding=[line(ISLAND)])
+def test_the_goal_that_cannot_be_reached_is_named(ruled: Make, mode: str) -> None:
+    made = ruled(ISLAND, mode, "-c", "steps=6", "-c", "r=3")
     goals = [made.goal("visit(2)"), made.goal("visit(5)")]
     made.start()
     reason = str(made.wait())
@@ -53,11 +67,9 @@ def test_the_goal_that_cannot_be_reached_is_named(
     assert goals[0].reason == reason
 
 
-def test_goals_that_cannot_be_reached_together_are_named(
-    system: Make, line: Callable[..., str]
-) -> None:
+def test_goals_that_cannot_be_reached_together_are_named(ruled: Make) -> None:
     rules = "#program state(t). :- event(1,_,t), event(2,visit(X),t), holds(at(X),t)."
-    made = system(RECORDING, "-c", "steps=4", encoding=[line(ISLAND.replace("5", "3") + rules)])
+    made = ruled(ISLAND.replace("5", "3") + rules, RECORDING, "-c", "steps=4")
     goals = [made.goal("visit(5)"), made.goal("visit(6)")]
     made.start()
     assert "4 steps for visit(5), visit(6);" in str(made.wait())
@@ -65,16 +77,11 @@ def test_goals_that_cannot_be_reached_together_are_named(
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
-def test_only_the_goal_that_cannot_be_reached_ends(
-    system: Make, line: Callable[..., str], mode: str
-) -> None:
-    made = system(
-        mode, "-c", "steps=9", "-c", "r=4", encoding=[line(ISLAND)], abort_unreachable=True
-    )
+def test_only_the_goal_that_cannot_be_reached_ends(ruled: Make, mode: str) -> None:
+    made = ruled(ISLAND, mode, "-c", "steps=9", "-c", "r=4", abort_unreachable=True)
     reachable, unreachable = made.goal("visit(3)"), made.goal("visit(5)")
     made.start()
-    assert unreachable.wait() == "aborted"
-    assert "no plan within the horizon of 9 steps for visit(5)" in unreachable.reason
+    unreachable.ends("aborted", "no plan within the horizon of 9 steps for visit(5)")
     no_plan = "no plan within the horizon of 9 steps: looking for the reason"
     assert no_plan in unreachable.lines
     assert reachable.wait() == "succeeded"
@@ -92,15 +99,8 @@ def rest(made: System) -> None:
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
-def test_all_goals_that_cannot_be_reached_end_and_no_other(
-    system: Make, line: Callable[..., str], mode: str
-) -> None:
-    made = system(
-        mode,
-        *("-c", "steps=9", "-c", "r=4"),
-        encoding=[line(ISLAND), "-c", "slots=3"],
-        abort_unreachable=True,
-    )
+def test_all_goals_that_cannot_be_reached_end_and_no_other(ruled: Make, mode: str) -> None:
+    made = ruled(ISLAND, mode, *("-c", "steps=9", "-c", "r=4"), slots=3, abort_unreachable=True)
     goals = [made.goal(request) for request in ("visit(5)", "visit(2)", "visit(6)")]
     made.start()
     assert [goal.wait() for goal in goals] == ["aborted", "succeeded", "aborted"]
@@ -122,10 +122,8 @@ def test_no_goal_is_canceled_where_that_cannot_be_taken_back(
     assert "9 steps for visit(6), visit(3);" in str(made.wait())
 
 
-def test_what_comes_again_and_again_does_not_put_the_end_off(
-    system: Make, line: Callable[..., str]
-) -> None:
-    made = system(RECORDING, "-c", "steps=6", encoding=[line(ISLAND)])
+def test_what_comes_again_and_again_does_not_put_the_end_off(ruled: Make) -> None:
+    made = ruled(ISLAND, RECORDING, "-c", "steps=6")
     look = made.loop.state.planner.has_answer_set
 
     def talk(stopped: Callable[[], bool]) -> Any:
@@ -138,10 +136,8 @@ def test_what_comes_again_and_again_does_not_put_the_end_off(
     assert "no plan within the horizon of 6 steps for visit(6)" in str(made.wait())
 
 
-def test_only_the_goal_that_cannot_be_reached_ends_in_one_node(
-    single: Make, line: Callable[..., str]
-) -> None:
-    made = single(line(ISLAND), "-c", "steps=9", abort_unreachable=True).start()
+def test_only_the_goal_that_cannot_be_reached_ends_in_one_node(ruled_alone: Make) -> None:
+    made = ruled_alone(ISLAND, "-c", "steps=9", abort_unreachable=True).start()
     assert made.goal("visit(6)").wait() == "aborted"
     assert made.goal("visit(2)").wait() == "succeeded"
 
@@ -156,8 +152,7 @@ def test_a_goal_that_the_planner_does_not_cancel_ends_all(system: Make, tmp_path
     )
     made = system(RECORDING, "-c", "steps=2", encoding=[str(file)], abort_unreachable=True).start()
     assert made.goal("now").wait() == "succeeded"
-    goal = made.goal("never")
-    assert goal.wait() == "aborted"
+    assert made.goal("never").wait() == "aborted"
     assert "for never" in str(made.wait())
 
 
@@ -189,18 +184,15 @@ def test_a_part_that_contradicts_itself_is_named(
         system(RECORDING, "-c", "steps=4", encoding=[file]),
         single(file, "-c", "steps=4"),
     ):
-        goal = made.goal("visit(4)")
-        made.start()
+        goal = made.begin("visit(4)")
         with pytest.raises(LoopError, match=f"no answer set even without a goal: the part {part} "):
             raise made.wait()
         assert goal.wait() in ("aborted", "rejected")
 
 
-def test_two_parts_that_contradict_each_other_are_named(
-    system: Make, line: Callable[..., str]
-) -> None:
+def test_two_parts_that_contradict_each_other_are_named(ruled: Make) -> None:
     rules = "#program state(t). :- not x(t), t > 0. #program transition(t). x(t). :- t = 3."
-    made = system(RECORDING, "-c", "steps=6", encoding=[line(rules)]).start()
+    made = ruled(rules, RECORDING, "-c", "steps=6").start()
     made.goal("visit(6)")
     assert "grounded in step 3, state(3), transition(3), query(3), contra" in str(made.wait())
 
@@ -216,10 +208,8 @@ def test_a_part_that_contradicts_itself_later_is_named(
     assert "the part transition(4) contradicts" in str(made.wait())
 
 
-def test_a_contradiction_is_found_long_before_the_last_horizon(
-    single: Make, line: Callable[..., str]
-) -> None:
-    made = single(line("#program base. {wrong}. :- wrong. :- not wrong."))  # there is no last one
+def test_a_contradiction_is_found_long_before_the_last_horizon(ruled_alone: Make) -> None:
+    made = ruled_alone("#program base. {wrong}. :- wrong. :- not wrong.")  # there is no last one
     assert "the part base" in str(made.start().wait())
 
 
@@ -228,24 +218,17 @@ IMPOSSIBLE = "#program state(t). :- holds(closed(4),t)."
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
-def test_an_event_that_contradicts_the_program_is_taken_back(
-    system: Make, line: Callable[..., str], mode: str
-) -> None:
-    made = system(mode, "-c", "steps=30", "-c", "r=5", encoding=[line(IMPOSSIBLE)])
+def test_an_event_that_contradicts_the_program_is_taken_back(ruled: Make, mode: str) -> None:
+    made = ruled(IMPOSSIBLE, mode, "-c", "steps=30", "-c", "r=5")
     check_that_it_goes_on(made)
 
 
-def test_an_event_that_contradicts_the_program_in_one_node(
-    single: Make, line: Callable[..., str]
-) -> None:
-    check_that_it_goes_on(single(line(IMPOSSIBLE)))
+def test_an_event_that_contradicts_the_program_in_one_node(ruled_alone: Make) -> None:
+    check_that_it_goes_on(ruled_alone(IMPOSSIBLE))
 
 
 def check_that_it_goes_on(made: System) -> None:
-    made.world.answer = lambda actuator, action: None
-    goals = [made.goal("visit(3)"), made.goal("visit(5)"), made.goal("visit(2)")]
-    made.start()
-    made.world.wait_for(lambda world: bool(world.published))
+    goals = made.act("visit(3)", "visit(5)", "visit(2)")
     made.send("info", "close(4)")
     made.world.wait_for(lambda world: bool(world.warnings))
     (warning,) = made.world.warnings
@@ -258,10 +241,8 @@ def check_that_it_goes_on(made: System) -> None:
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
-def test_an_event_that_is_taken_back_takes_no_steps(
-    system: Make, line: Callable[..., str], mode: str
-) -> None:
-    made = system(mode, "-c", "steps=10", "-c", "r=5", encoding=[line(IMPOSSIBLE)]).start()
+def test_an_event_that_is_taken_back_takes_no_steps(ruled: Make, mode: str) -> None:
+    made = ruled(IMPOSSIBLE, mode, "-c", "steps=10", "-c", "r=5").start()
     assert made.goal("visit(2)").wait() == "succeeded"
     for number in range(3):
         made.send("info", "close(4)")
@@ -270,11 +251,9 @@ def test_an_event_that_is_taken_back_takes_no_steps(
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
-def test_several_events_that_contradict_the_program(
-    system: Make, line: Callable[..., str], mode: str
-) -> None:
+def test_several_events_that_contradict_the_program(ruled: Make, mode: str) -> None:
     rules = f"{IMPOSSIBLE} :- holds(closed(5),t). :- event(_,visit(6),t)."
-    made = system(mode, "-c", "steps=30", "-c", "r=5", encoding=[line(rules), "-c", "slots=3"])
+    made = ruled(rules, mode, "-c", "steps=30", "-c", "r=5", slots=3)
     for value in ("close(4)", "close(1)", "close(5)"):
         made.send("info", value)
     goals = [made.goal(f"visit({cell})") for cell in (6, 6, 2)]
@@ -285,27 +264,18 @@ def test_several_events_that_contradict_the_program(
     assert not any("close(1)" in warning for warning in made.world.warnings)
 
 
-def test_only_the_last_of_two_equal_requests_is_taken_back(
-    system: Make, line: Callable[..., str]
-) -> None:
+def test_only_the_last_of_two_equal_requests_is_taken_back(ruled: Make) -> None:
     rules = "#program state(t). :- event(_,visit(3),t), t > 0."
-    made = system(RECORDING, "-c", "steps=40", encoding=[line(rules)]).start()
+    made = ruled(rules, RECORDING, "-c", "steps=40").start()
     assert made.goal("visit(3)").wait() == "succeeded"
     assert made.goal("visit(3)").wait() == "aborted"
     assert made.goal("visit(2)").wait() == "succeeded"
     assert made.world.actions == ["go(2)", "go(3)", "go(2)"]
 
 
-def test_a_cancel_request_that_contradicts_the_program(
-    system: Make, line: Callable[..., str]
-) -> None:
-    made = system(RECORDING, "-c", "steps=20", encoding=[line(
-        "#program state(t). :- event(_,cancel,t)."
-    )])  # fmt: skip
-    made.world.answer = lambda actuator, action: None
-    goal = made.goal("visit(2)")
-    made.start()
-    made.world.wait_for(lambda world: bool(world.published))
+def test_a_cancel_request_that_contradicts_the_program(ruled: Make) -> None:
+    made = ruled("#program state(t). :- event(_,cancel,t).", RECORDING, "-c", "steps=20")
+    (goal,) = made.act("visit(2)")
     made.cancel(goal)
     made.world.wait_for(lambda world: bool(world.warnings))
     assert "visit(2) cannot be cancelled now" in made.world.warnings[0]
@@ -314,12 +284,10 @@ def test_a_cancel_request_that_contradicts_the_program(
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
-def test_an_answer_that_contradicts_the_program(
-    system: Make, line: Callable[..., str], mode: str
-) -> None:
+def test_an_answer_that_contradicts_the_program(ruled: Make, mode: str) -> None:
     """It cannot be taken back: the planner begins again with what it knew before."""
     rules = "#program state(t). late(t) :- event(robot,failure,t). :- late(t)."
-    made = system(mode, "-c", "steps=20", "-c", "r=9", encoding=[line(rules)])
+    made = ruled(rules, mode, "-c", "steps=20", "-c", "r=9")
     answers = iter(["success", "failure"])
     made.world.answer = lambda actuator, action: next(answers, "success")
     goals = [made.goal("visit(2)"), made.goal("visit(4)")]
@@ -332,16 +300,12 @@ def test_an_answer_that_contradicts_the_program(
     assert made.goal("visit(3)").wait() == "succeeded"
 
 
-def test_an_answer_that_contradicts_the_program_in_one_node(
-    single: Make, line: Callable[..., str]
-) -> None:
+def test_an_answer_that_contradicts_the_program_in_one_node(ruled_alone: Make) -> None:
     rules = "#program state(t). late(t) :- event(robot,failure,t). :- late(t)."
-    made = single(line(rules))
+    made = ruled_alone(rules)
     answers = iter(["success", "failure"])
     made.world.answer = lambda actuator, action: next(answers, "success")
-    goal = made.goal("visit(4)")
-    made.start()
-    assert goal.wait() == "succeeded"
+    assert made.begin("visit(4)").wait() == "succeeded"
     assert made.world.actions == ["go(2)", "go(3)", "go(3)", "go(4)"]
 
 
@@ -353,23 +317,19 @@ def test_an_answer_that_contradicts_the_program_and_nothing_is_saved(
     Path(file).write_text(text.replace("#external event(save,F,0) : fluent(F).", ""))
     made = system(RECORDING, "-c", "steps=20", encoding=[file])
     made.world.answer = lambda actuator, action: "failure"
-    goal = made.goal("visit(4)")
-    made.start()
+    goal = made.begin("visit(4)")
     assert goal.wait() == "aborted"
     assert "no answer set any more, even without a goal, after " in str(made.wait())
     assert "event(robot,failure,1)" in goal.reason
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
-def test_a_goal_that_contradicts_the_program_ends_alone(
-    system: Make, line: Callable[..., str], mode: str
-) -> None:
+def test_a_goal_that_contradicts_the_program_ends_alone(ruled: Make, mode: str) -> None:
     rules = "#program state(t). :- event(_,visit(5),t)."
-    made = system(mode, "-c", "steps=30", "-c", "r=5", encoding=[line(rules)])
+    made = ruled(rules, mode, "-c", "steps=30", "-c", "r=5")
     other, wrong = made.goal("visit(4)"), made.goal("visit(5)")
     made.start()
-    assert wrong.wait() == "aborted"
-    assert "no answer set with event(2,visit(5),0), even without a goal" in wrong.reason
+    wrong.ends("aborted", "no answer set with event(2,visit(5),0), even without a goal")
     assert other.wait() == "succeeded"
     assert made.goal("visit(2)").wait() == "succeeded"
 
@@ -386,8 +346,7 @@ def test_an_event_that_cannot_be_taken_back_is_named(
     assert made.goal("visit(2)").wait() == "succeeded"
     goal = made.goal("visit(6)")
     made.send("info", "open(4)")
-    assert goal.wait() == "aborted"
-    assert "no answer set any more, even without a goal, after " in goal.reason
+    goal.ends("aborted", "no answer set any more, even without a goal, after ")
     assert "event(info,open(4)," in str(made.wait())
 
 
@@ -401,13 +360,11 @@ def test_the_first_event_that_cannot_be_taken_back_is_named(
     assert "after event(1,visit(6),1)" in said
 
 
-def test_what_is_released_may_contradict_the_program(
-    system: Make, line: Callable[..., str]
-) -> None:
+def test_what_is_released_may_contradict_the_program(ruled: Make) -> None:
     """The bell has to ring in step 1; when it can no longer, clingo grounds nothing any more."""
     rules = "#program transition(t). #external event(bell,rings,t) : t = 1. :- not heard, t = 1."
     rules += "heard :- event(bell,rings,t)."
-    made = system(RECORDING, "-c", "steps=9", encoding=[line(rules)]).start()
+    made = ruled(rules, RECORDING, "-c", "steps=9").start()
     made.send("bell", "rings")
     goal = made.goal("visit(3)")
     text = str(made.wait())
@@ -463,11 +420,9 @@ def test_a_cancel_request_at_any_moment_ends_no_other_goal(
 
 
 def test_the_search_for_the_goal_takes_its_time(
-    system: Make, line: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+    ruled: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(diagnosis, "_SECONDS", -1.0)  # for those who end all goals anyway
-    made = system(
-        RECORDING, "-c", "steps=6", encoding=[line(ISLAND)], abort_unreachable=True
-    ).start()
+    made = ruled(ISLAND, RECORDING, "-c", "steps=6", abort_unreachable=True).start()
     goals = [made.goal("visit(5)"), made.goal("visit(3)")]
     assert [goal.wait() for goal in goals] == ["aborted", "succeeded"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import List, Optional, Sequence, Union
+from typing import Any, List, Optional, Sequence, Union
 
 import pytest
 from replay_maker import ASK, END, RUN, Made, drive, records, run, run_of, status
@@ -73,6 +73,14 @@ class Replay:
         return self.progress.is_finished(self.now)
 
 
+def begun(recorded: Run, *sent: str, **how: Any) -> Replay:
+    """A replay of a loop that waits for the first time, by when so much was sent."""
+    replay = Replay(recorded, **how)
+    replay.see(ASK[:1])
+    assert replay.send() == list(sent)
+    return replay
+
+
 def said(planned: RecordedInput) -> str:
     event = planned.event
     if isinstance(event, MessageArrived):
@@ -98,9 +106,7 @@ def test_a_run_that_is_the_same() -> None:
 
 def test_an_answer_comes_after_its_action_even_if_the_loop_does_not_wait() -> None:
     recorded = [made for made in RUN if made[0] != "waiting" or made[3] == 0] + END
-    replay = Replay(run(recorded))
-    replay.see(ASK[:1])
-    assert replay.send() == ["g visit(3)"]
+    replay = begun(run(recorded), "g visit(3)")
     replay.see([*ASK[1:], *status("accepted", 1)])
     assert replay.send() == []
     replay.see(drive(2)[:1])
@@ -111,9 +117,7 @@ def test_an_answer_comes_after_its_action_even_if_the_loop_does_not_wait() -> No
 def test_what_came_while_the_loop_waited_is_sent_when_it_waits_again() -> None:
     second: List[Made] = [("goal", "h", "visit(1)", 1), ("command", "", "idle", 1)]
     recorded = ASK + drive(2)[:3] + second + drive(2)[2:] + END
-    replay = Replay(run(recorded))
-    replay.see(ASK[:1])
-    assert replay.send() == ["g visit(3)"]
+    replay = begun(run(recorded), "g visit(3)")
     replay.see(ASK[1:] + drive(2)[:2])
     assert replay.send() == []  # the action is there, but the loop does not wait yet
     replay.see(drive(2)[2:3])
@@ -143,9 +147,7 @@ def test_what_interrupted_a_search_is_sent_when_it_has_begun() -> None:
     late = run_of(made)
     assert [one.point for one in inputs(recorded)] == [LoopActivity.WAITING, LoopActivity.BUSY]
     assert [one.point for one in inputs(late)] == [LoopActivity.WAITING, LoopActivity.SEARCHING]
-    replay = Replay(late)
-    replay.see(ASK[:1])
-    assert replay.send() == ["g visit(3)"]
+    replay = begun(late, "g visit(3)")
     replay.see(ASK[1:])
     assert replay.send() == []
     replay.see([("command", "", "assign_messages(1)", 1)])
@@ -163,9 +165,7 @@ def test_a_goal_that_was_recalled(is_taken: bool) -> None:
     before, after = ([GOAL], []) if is_taken else ([], [GOAL])
     rest = [Record(MessageArrived("info", "a")), CANCEL]
     made = [*records(ASK[:1]), *before, RECALL, *after, *rest]
-    replay = Replay(run_of(made, gap=0.1, has_journal=False))
-    replay.see(ASK[:1])
-    assert replay.send() == ["h visit(1)"]
+    replay = begun(run_of(made, gap=0.1, has_journal=False), "h visit(1)")
     replay.now += 1.1  # lets it arrive, since what comes next takes another way
     assert replay.send() == ["h"]
     replay.now += 1.1
@@ -176,9 +176,7 @@ def test_a_goal_that_was_recalled(is_taken: bool) -> None:
 
 
 def test_a_recording_that_ends_with_a_recall_is_heard_to_its_cancel_request() -> None:
-    replay = Replay(run_of([*records(ASK[:1]), GOAL, RECALL, CANCEL]), is_exact=True)
-    replay.see(ASK[:1])
-    assert replay.send() == ["h visit(1)"]
+    replay = begun(run_of([*records(ASK[:1]), GOAL, RECALL, CANCEL]), "h visit(1)", is_exact=True)
     replay.now += 1.1
     assert replay.send() == ["h"]
     for record in (RECALL, GOAL, CANCEL):
@@ -191,9 +189,9 @@ def test_a_recording_that_ends_after_a_rejection_is_heard_to_that() -> None:
     """The loop takes the message before it looks at the goal, maybe other than when recorded."""
     rejected = Record(StatusSet("h", Status.REJECTED, reason="unknown"))
     message = Record(MessageArrived("info", "a"))
-    replay = Replay(run_of([*records(ASK[:1]), GOAL, rejected, message]), is_exact=True)
-    replay.see(ASK[:1])
-    assert replay.send() == ["h visit(1)", "info a"]
+    replay = begun(
+        run_of([*records(ASK[:1]), GOAL, rejected, message]), "h visit(1)", "info a", is_exact=True
+    )
     for record in (GOAL, message, rejected):
         assert not replay.finished
         replay.see_records(record)
@@ -215,9 +213,7 @@ def test_a_goal_that_is_refused_while_the_loop_begins_to_wait() -> None:
 
 
 def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:
-    replay = Replay(run(RUN))
-    replay.see(ASK[:1])
-    replay.send()
+    replay = begun(run(RUN), "g visit(3)")
     replay.see(ASK[1:] + status("accepted", 1) + drive(5)[:3])
     assert replay.send() == ["robot success"]  # an answer to another action is one, too
     (stall,) = replay.progress.stalls
@@ -230,9 +226,7 @@ def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:
 
 def test_a_missing_answer_is_noted_where_it_is_missing() -> None:
     recorded = [made for place, made in enumerate(RUN) if place != RUN.index(drive(2)[3])]
-    replay = Replay(run(recorded))
-    replay.see(ASK[:1])
-    replay.send()
+    replay = begun(run(recorded), "g visit(3)")
     replay.see(ASK[1:] + status("accepted", 1) + drive(2)[:3])
     assert replay.send() == ["robot success"]
     (stall,) = replay.progress.stalls
@@ -240,9 +234,7 @@ def test_a_missing_answer_is_noted_where_it_is_missing() -> None:
 
 
 def test_an_input_that_is_never_taken_is_given_up() -> None:
-    replay = Replay(run(RUN))
-    replay.see(ASK[:1])
-    replay.send()
+    replay = begun(run(RUN), "g visit(3)")
     assert replay.send() == []
     replay.now += 10.0
     assert replay.send() == []
@@ -252,9 +244,7 @@ def test_an_input_that_is_never_taken_is_given_up() -> None:
 
 
 def test_the_end() -> None:
-    replay = Replay(run([*RUN[:-1], ("end", "", "no plan", 2)]))
-    replay.see(ASK[:1])
-    replay.send()
+    replay = begun(run([*RUN[:-1], ("end", "", "no plan", 2)]), "g visit(3)")
     replay.see([*ASK[1:], ("end", "", "no plan", 1)])
     assert replay.send() == []
     assert not replay.finished  # what becomes of the goal is still to come
@@ -268,9 +258,7 @@ def test_a_goal_that_the_loop_takes_when_it_has_ended() -> None:
     """The journal tells of the end first, then of the goal."""
     last: List[Made] = [("goal", "g", "visit(3)", 0), ("status", "g", "rejected", 0)]
     end: List[Made] = [("end", "", "no plan", 0)]
-    replay = Replay(run([ASK[0], *end, *last]))
-    replay.see(ASK[:1])
-    replay.send()
+    replay = begun(run([ASK[0], *end, *last]), "g visit(3)")
     replay.see(end)
     assert not replay.finished
     replay.see(last)
@@ -289,9 +277,7 @@ def test_an_end_from_outside_is_no_part_of_the_run() -> None:
     recorded = run_of([*records(ASK + drive(2)[:3]), *rest])
     assert [entry.event for entry in recorded.entries][-1] == LoopWaits()
     assert not recorded.is_open
-    replay = Replay(recorded)
-    replay.see(ASK[:1])
-    replay.send()
+    replay = begun(recorded, "g visit(3)")
     replay.see(ASK[1:] + drive(2)[:3])
     assert replay.finished
     assert not compare(recorded, run(ASK + drive(2)[:3])).differences
@@ -332,9 +318,7 @@ def test_a_recording_that_ends_in_between_needs_no_more_than_it_has() -> None:
 
 
 def test_in_real_time() -> None:
-    replay = Replay(run(RUN, gap=3.0), rate=2.0)
-    replay.see(ASK[:1])
-    assert replay.send() == []
+    replay = begun(run(RUN, gap=3.0), rate=2.0)
     assert replay.progress.wake(replay.now) <= 1.5
     replay.now += 1.4
     assert replay.send() == []

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Dict, List, Sequence, Tuple
 
+import pytest
+
 from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, make_parts
@@ -62,18 +64,14 @@ def test_what_goes_as_planned_is_said_once(tmp_path: Path) -> None:
     assert run.shown == [(), ("expected(1,20)",), ()]
 
 
-def test_an_action_that_took_longer_moves_the_time(tmp_path: Path) -> None:
-    run = Run(tmp_path, [17], "goal:visit(3)")
+@pytest.mark.parametrize(("seconds", "late"), [(17, ["late by 2 s"]), (4, [])])
+def test_an_action_that_took_longer_or_less_moves_the_time(
+    seconds: int, late: List[str], tmp_path: Path
+) -> None:
+    run = Run(tmp_path, [seconds], "goal:visit(3)")
     run.run()
-    assert run.lines() == ["expected in 20 s", "late by 0 s", "expected in 10 s", "late by 2 s"]
-    assert run.shown == [(), ("expected(1,20)",), ("expected(1,27)",), ()]
-
-
-def test_an_action_that_took_less_moves_the_time(tmp_path: Path) -> None:
-    run = Run(tmp_path, [4], "goal:visit(3)")
-    run.run()
-    assert run.lines() == ["expected in 20 s", "late by 0 s", "expected in 10 s"]
-    assert run.shown == [(), ("expected(1,20)",), ("expected(1,14)",), ()]
+    assert run.lines() == ["expected in 20 s", "late by 0 s", "expected in 10 s", *late]
+    assert run.shown == [(), ("expected(1,20)",), (f"expected(1,{10 + seconds})",), ()]
 
 
 def test_an_action_that_should_have_ended_moves_the_time_now_and_then(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict, List, Tuple
 
 import pytest
 import yaml
+from conftest import HARD
 from conftest import System as Threaded
 from test_operator import STEPS, Operated, goes
 from waiting import wait_for
@@ -226,19 +227,6 @@ def test_no_plan_ends_the_loop() -> None:
     assert health.level is ERROR
     assert health.message.startswith("has ended: the planner has no plan within the horizon")
     assert values(health)["step"] == str(system.loop.state.step)
-
-
-HARD = """
-rslot(1..2).
-#program state(t).
-#external event(ID,(hard;easy),t) : rslot(ID).
-want(t) :- event(_,hard,t), not event(_,easy,t).
-1 { at(P,H,t) : H=1..11 } 1 :- P=1..12, want(t).
-:- at(P,H,t), at(Q,H,t), P<Q.
-status(ID,succeeded,t) :- event(ID,_,t).
-#program query(t).
-#external query(t).
-"""
 
 
 @pytest.mark.parametrize("mode", [RECORDING, SINGLE])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
-from typing import Any, Callable, List, Sequence, Tuple
+from typing import Any, List, Sequence, Tuple
 
 import pytest
-from conftest import TIMEOUT, System
+from conftest import TIMEOUT, Make, System
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk import system as desk
@@ -62,7 +62,7 @@ def situation(one: System) -> Tuple[Situation, str]:
     return found[0]
 
 
-def test_the_loop_says_what_it_knows(system: Callable[..., System]) -> None:
+def test_the_loop_says_what_it_knows(system: Make) -> None:
     """Also that a goal has no slot yet, and before anybody has asked for something."""
     one = system(RECORDING, "-c", "steps=20", encoding=["-c", "slots=1", f"{EXAMPLES}/line.lp"])
     one.world.answer = lambda *_: None

@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 import time
 from pathlib import Path
-from typing import Any, Callable, Collection, List, Sequence
+from typing import Any, Collection, List, Sequence
 
 import pytest
-from conftest import PACKAGE, System
+from conftest import PACKAGE, Make, System
 from test_replay_inbox import Session, replay_alike
 
 from rosclingo.solver.engine import Engine
@@ -101,6 +101,13 @@ def changed_line(folder: Path, rule: str) -> str:
     return str(file)
 
 
+def reach(run: DeskSimulation, request: str) -> None:
+    """Runs until what was asked for is done."""
+    goal = run.request(request)
+    assert run.run() is None
+    assert goal.words == ["accepted", "succeeded"]
+
+
 def searches(run: DeskSimulation) -> List[SearchEnded]:
     return [one.event for one in run.journal if isinstance(one.event, SearchEnded)]
 
@@ -108,9 +115,7 @@ def searches(run: DeskSimulation) -> List[SearchEnded]:
 @pytest.mark.parametrize("mode", MODES)
 def test_a_plan_is_found_beyond_a_horizon_that_never_ends(mode: str) -> None:
     run, solver = simulation(mode, [2, 3, 4])
-    goal = run.request("visit(6)")
-    assert run.run() is None
-    assert goal.words == ["accepted", "succeeded"]
+    reach(run, "visit(6)")
     assert [action for _, action in run.published] == WALK
     (first, *_) = searches(run)
     assert (first.how, first.horizon) == (Ended.AHEAD, 5)
@@ -194,7 +199,7 @@ def test_a_plan_that_the_mode_does_not_ask_for_is_forgotten(tmp_path: Path) -> N
     [("", [2, 3], 0.0), (BUSY, range(1, 12), 0.0), (DEAR, [], 60.0), (DEAR, [2, 3, 4], 0.0)],
 )
 def test_a_replay_takes_what_was_found_ahead(
-    system: Callable[..., System],
+    system: Make,
     tmp_path: Path,
     rule: str,
     hard: Collection[int],
@@ -252,9 +257,7 @@ def test_it_is_saved_what_is_grounded_ahead() -> None:
 def test_a_restored_planner_knows_the_last_horizon() -> None:
     """The mode may not name it again before a search that never ends without it."""
     run, _ = simulation(MODES[0], [])
-    goal = run.request("visit(6)")
-    assert run.run() is None
-    assert goal.words == ["accepted", "succeeded"]
+    reach(run, "visit(6)")
     planner = run.loop.state.planner
     assert remade(PlannerState, plain(planner)).last_horizon == 20
     planner.note_last_horizon(None)  # as a controller says that was just restored
@@ -319,9 +322,7 @@ def far_simulation(mode: str, folder: Path, *, improves: bool) -> DeskSimulation
 def test_a_plan_that_is_followed_ends_no_later(mode: str, tmp_path: Path) -> None:
     """Though nearer horizons are hard, as often as the planner is asked, and resets come."""
     run = far_simulation(mode, tmp_path, improves=False)
-    goal = run.request("visit(6)")
-    assert run.run() is None
-    assert goal.words == ["accepted", "succeeded"]
+    reach(run, "visit(6)")
     assert max(one.horizon for one in searches(run)) == FAR
     assert run.loop.state.externals.grounded <= set(range(FAR + 1))
 
@@ -330,9 +331,7 @@ def test_a_plan_that_is_followed_ends_no_later(mode: str, tmp_path: Path) -> Non
 def test_a_plan_is_shortened_while_robots_act(mode: str, tmp_path: Path) -> None:
     """As soon as somebody acts by it; it is not told of that the horizon is longer."""
     run = far_simulation(mode, tmp_path, improves=True)
-    goal = run.request("visit(6)")
-    assert run.run() is None
-    assert goal.words == ["accepted", "succeeded"]
+    reach(run, "visit(6)")
     assert [action for _, action in run.published] == WALK
     as_found = far_simulation(mode, tmp_path, improves=False)
     as_found.request("visit(6)")
@@ -353,9 +352,7 @@ def test_a_cheaper_plan_may_be_longer(mode: str, tmp_path: Path) -> None:
     for patience in (0.0, 60.0):
         parts = make_parts(mode, Options((file,), ("-c", "steps=8")), ("-c", "steps=8"))
         run = DeskSimulation(parts.loop, one_by_one_seconds=2.0, patience=patience)
-        goal = run.request("visit(3)")
-        assert run.run() is None
-        assert goal.words == ["accepted", "succeeded"]
+        reach(run, "visit(3)")
         plans = [one.event for one in run.journal if isinstance(one.event, PlanFound)]
         actions[patience] = next(plan.actions for plan in plans if plan.actions)
         assert plans[0].is_best
@@ -392,9 +389,7 @@ def test_a_plan_becomes_cheaper_while_robots_act(mode: str, tmp_path: Path) -> N
     parts = make_parts(mode, options, ("-c", "steps=40"))
     parts = dataclasses.replace(parts, planner=Hasty(parts.planner, range(1, FAR)))
     run = DeskSimulation(parts.loop, one_by_one_seconds=AT_ONCE, improves=True)
-    goal = run.request("visit(6)")
-    assert run.run() is None
-    assert goal.words == ["accepted", "succeeded"]
+    reach(run, "visit(6)")
     assert [action for _, action in run.published] == WALK
     ahead, better, *_ = [one for one in searches(run) if one.quality]
     assert (ahead.how, better.how) == (Ended.AHEAD, Ended.BETTER)

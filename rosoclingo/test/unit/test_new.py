@@ -14,7 +14,7 @@ from typing import Dict, List, Optional
 
 import pytest
 from bag_maker import ROOT
-from conftest import PACKAGE
+from conftest import PACKAGE, exit_status
 
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
@@ -194,9 +194,7 @@ def test_a_library_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def said(arguments: List[str], capsys: pytest.CaptureFixture[str]) -> str:
     """Returns what the command says when it refuses."""
-    with pytest.raises(SystemExit) as ended:
-        command.main(arguments)
-    assert ended.value.code == 2
+    assert exit_status(command.main, *arguments) == 2
     return capsys.readouterr().err
 
 

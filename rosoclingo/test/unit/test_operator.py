@@ -34,6 +34,11 @@ class Operated(System):
     def operate(self, word: Control, actuator: str = "") -> None:
         self.put(ControlArrived(word, actuator))
 
+    def after(self, word: Control, actuator: str = "") -> None:
+        """Has the operator say a word, and goes on until the loop waits."""
+        self.operate(word, actuator)
+        assert self.run() is None
+
     def turn(self) -> bool:
         if super().turn():
             return True
@@ -64,27 +69,23 @@ def outcome(system: System) -> List[str]:
     return [goal.words[-1] for goal in system.goals]
 
 
-def paused(mode: str) -> Operated:
-    """Returns a system that holds the robot's first action, since it is paused."""
+@pytest.fixture
+def system(mode: str) -> Operated:
+    """A system that holds the robot's first action, since it is paused."""
     system = Operated(mode)
     system.request("visit(3)")
-    system.operate(Control.PAUSE)
-    system.run()
+    system.after(Control.PAUSE)
     return system
 
 
-def test_nothing_begins_until_resume(mode: str) -> None:
-    system = Operated(mode)
-    goal = system.request("visit(3)")
-    system.operate(Control.PAUSE)
-    assert system.run() is None
+def test_nothing_begins_until_resume(system: Operated) -> None:
+    (goal,) = system.goals
     assert system.published == []
     assert system.shown[-1][0]
     assert [reason for _, reason in system.held] == [HoldReason.PAUSE]
     assert system.loop.state.held_sentences() == ["The run is paused."]
     assert not goal.ended
-    system.operate(Control.RESUME)
-    assert system.run() is None
+    system.after(Control.RESUME)
     assert goal.words[-1] == "succeeded"
     assert system.loop.state.held_sentences() == []
     assert system.shown[-1] == (False, (), ())
@@ -102,29 +103,21 @@ def test_what_runs_ends_and_the_next_waits(mode: str) -> None:
     assert system.run() is None
     assert len(system.published) == 1
     assert system.acting == {}
-    system.operate(Control.RESUME)
-    assert system.run() is None
+    system.after(Control.RESUME)
     assert goal.words[-1] == "succeeded"
 
 
-def test_a_step_begins_the_next_actions_only(mode: str) -> None:
-    system = Operated(mode)
-    goal = system.request("visit(3)")
-    system.operate(Control.PAUSE)
-    system.run()
+def test_a_step_begins_the_next_actions_only(system: Operated) -> None:
     for count in (1, 2):
-        system.operate(Control.STEP)
-        assert system.run() is None
+        system.after(Control.STEP)
         assert len(system.published) == count
-    system.operate(Control.RESUME)
-    system.run()
-    assert goal.words[-1] == "succeeded"
+    system.after(Control.RESUME)
+    assert outcome(system) == ["succeeded"]
 
 
 def test_a_step_before_there_is_anything_to_do(mode: str) -> None:
     system = Operated(mode)
-    system.operate(Control.STEP)
-    system.run()
+    system.after(Control.STEP)
     system.request("visit(3)")
     assert system.run() is None
     assert len(system.published) == 1
@@ -137,8 +130,7 @@ def test_an_approval_is_for_one_action(mode: str) -> None:
         assert system.run() is None
         before = len(system.published)
         assert [reason for _, reason in system.held] == [HoldReason.APPROVAL]
-        system.operate(Control.APPROVE)
-        assert system.run() is None
+        system.after(Control.APPROVE)
         assert len(system.published) == before + 1
     assert len(system.published) > 1
 
@@ -156,33 +148,27 @@ def test_what_is_rejected_counts_as_failed(mode: str) -> None:
     system.request("visit(3)")
     system.run()
     ((actuator, action, _),) = system.shown[-1][2]
-    system.operate(Control.REJECT, actuator)
-    system.run()
+    system.after(Control.REJECT, actuator)
     assert (actuator, action) not in system.published
     assert system.loop.state.executions.last[actuator].is_held  # it is planned again
-    system.operate(Control.APPROVE, actuator)
-    system.run()
+    system.after(Control.APPROVE, actuator)
     assert system.published
 
 
 def test_an_actuator_on_hold(mode: str) -> None:
     system = Operated(mode)
     goal = system.request("visit(3)")
-    system.operate(Control.HOLD, "robot")
-    system.run()
+    system.after(Control.HOLD, "robot")
     assert system.published == []
     assert [reason for _, reason in system.held] == [HoldReason.HOLD]
     assert system.loop.state.held_sentences() == ["robot is on hold."]
-    system.operate(Control.RESUME)
-    system.run()
+    system.after(Control.RESUME)
     assert system.published == []
-    system.operate(Control.RELEASE, "robot")
-    system.run()
+    system.after(Control.RELEASE, "robot")
     assert goal.words[-1] == "succeeded"
 
 
-def test_an_answer_to_what_is_held_is_dropped(mode: str) -> None:
-    system = paused(mode)
+def test_an_answer_to_what_is_held_is_dropped(system: Operated) -> None:
     system.tell("robot", "success")
     system.run()
     assert "nobody has told it to begin" in system.warnings[-1]
@@ -205,22 +191,17 @@ def test_a_halt_aborts(mode: str) -> None:
 
 def test_it_is_in_the_journal(mode: str) -> None:
     system = Operated(mode)
-    system.operate(Control.HOLD, "robot")
-    system.run()
+    system.after(Control.HOLD, "robot")
     event = ControlArrived(Control.HOLD, "robot")
     assert [one.event for one in system.journal if isinstance(one.event, ControlArrived)] == [event]
     assert journal.decode(journal.Fields(*journal.encode(event))) == event
 
 
-def test_a_goal_that_is_cancelled_while_paused(mode: str) -> None:
-    system = Operated(mode)
-    goal = system.request("visit(3)")
-    system.operate(Control.PAUSE)
-    system.run()
+def test_a_goal_that_is_cancelled_while_paused(system: Operated) -> None:
+    (goal,) = system.goals
     system.cancel(goal)
     system.run()
-    system.operate(Control.RESUME)
-    system.run()
+    system.after(Control.RESUME)
     assert goal.ended
 
 
@@ -228,24 +209,19 @@ def test_a_goal_that_is_cancelled_while_paused(mode: str) -> None:
 def test_an_approval_is_for_no_later_action(mode: str, how: Optional[Control]) -> None:
     system = Operated(mode, ask_before=("go(*)",))
     system.request("visit(3)")
-    system.operate(Control.HOLD, "robot")
-    system.run()
-    system.operate(Control.APPROVE, "robot")
-    system.run()
+    system.after(Control.HOLD, "robot")
+    system.after(Control.APPROVE, "robot")
     assert [reason for _, reason in system.held] == [HoldReason.HOLD]
     if how is None:
         system.operate(Control.RELEASE, "robot")
     else:
-        system.operate(how, "robot")
-    system.run()
-    system.operate(Control.RELEASE, "robot")
-    system.run()
+        system.after(how, "robot")
+    system.after(Control.RELEASE, "robot")
     assert [reason for _, reason in system.held] == [HoldReason.APPROVAL]
     assert len(system.published) == (how is None)
 
 
-def test_an_answer_that_came_before_is_none_to_what_is_let_go(mode: str) -> None:
-    system = paused(mode)
+def test_an_answer_that_came_before_is_none_to_what_is_let_go(system: Operated) -> None:
     system.tell("robot", "success")
     system.operate(Control.STEP)
     seen: List[bool] = []
@@ -264,8 +240,7 @@ def test_nobody_hears_of_what_is_rejected(mode: str) -> None:
     system = Operated(mode, ask_before=("go(*)",))
     system.request("visit(3)")
     system.run()
-    system.operate(Control.REJECT)
-    system.run()
+    system.after(Control.REJECT)
     assert system.published == []
     assert system.loop.state.executions.dispatched == []
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 import threading
 from pathlib import Path
-from typing import Any, Callable, List
+from typing import Any, List
 
 import pytest
 from clingo import Number
-from conftest import PACKAGE, System
+from conftest import PACKAGE, Make
 from test_loop import LINE, SCRIPT, script
 
 from rosclingo.errors import ServiceError, TermError
@@ -23,7 +23,6 @@ from rosoclingo.loop.journal import MessageArrived, PlanFound, Record, Status
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import canonical
 
-Make = Callable[..., System]
 INCREMENTAL = [f"dynamic.incremental.{kind}" for kind in ("recording", "reset", "dyn_reset")]
 
 
@@ -93,18 +92,13 @@ def test_rubbish_takes_no_step(system: Make, mode: str) -> None:
     for number in range(30):
         made.send("robot", f"rubbish({number})")
         made.world.wait_for(lambda world, n=number: len(world.warnings) > n)  # type: ignore[misc]
-        goal = made.goal(f"fly({number})")
-        assert goal.wait() == "rejected"
-        assert f"event(1,fly({number})," in goal.reason
+        made.goal(f"fly({number})").ends("rejected", f"event(1,fly({number}),")
     assert made.goal("visit(3)").wait() == "succeeded"
 
 
 def test_an_unknown_answer_is_none(system: Make) -> None:
     made = system("dynamic.incremental.recording", "-c", "steps=20")
-    made.world.answer = lambda actuator, action: None
-    goal = made.goal("visit(2)")
-    made.start()
-    made.world.wait_for(lambda world: len(world.published) == 1)
+    (goal,) = made.act("visit(2)")
     made.send("robot", "maybe")
     made.send("robot", "success")
     assert goal.wait() == "succeeded"
@@ -165,9 +159,7 @@ def test_a_goal_after_the_end(system: Make) -> None:
     made = system("dynamic.incremental.recording", "-c", "steps=2").start()
     assert made.goal("visit(6)").wait() == "aborted"
     made.wait()
-    late = made.goal("visit(2)")
-    assert late.wait() == "rejected"
-    assert "horizon of 2 steps" in late.reason
+    made.goal("visit(2)").ends("rejected", "horizon of 2 steps")
 
 
 @pytest.mark.parametrize("gone", ["controller", "planner"])
@@ -175,17 +167,13 @@ def test_a_solver_goes_away_while_nothing_happens(
     system: Make, monkeypatch: pytest.MonkeyPatch, gone: str
 ) -> None:
     made = system("dynamic.incremental.recording", "-c", "steps=20")
-    made.world.answer = lambda actuator, action: None
-    goal = made.goal("visit(2)")
-    made.start()
-    made.world.wait_for(lambda world: bool(world.published))
+    (goal,) = made.act("visit(2)")
 
     def check() -> None:
         raise ServiceError(f"the solver {gone} went away")
 
     monkeypatch.setattr(getattr(made, gone), "check", check)
-    assert goal.wait() == "aborted"
-    assert f"{gone} went away; start that node again" in goal.reason
+    goal.ends("aborted", f"{gone} went away; start that node again")
     made.wait()
 
 
@@ -248,10 +236,7 @@ def _settles(decisions: List[int]) -> int:
 
 def test_a_second_initialize_ends_open_goals(system: Make, tmp_path: Path) -> None:
     made = system(script(tmp_path, "initialize", "assign_messages(0)", "initialize"))
-    goal = made.goal("visit(2)")
-    made.start()
-    assert goal.wait() == "aborted"
-    assert "anew" in goal.reason
+    made.begin("visit(2)").ends("aborted", "anew")
 
 
 def test_reset_after_a_mode_has_set_and_released_events(system: Make, tmp_path: Path) -> None:
@@ -261,9 +246,7 @@ def test_reset_after_a_mode_has_set_and_released_events(system: Make, tmp_path: 
     ]  # fmt: skip
     made = system(script(tmp_path, *commands))
     made.goal("visit(2)")
-    made.loop.prepare()
-    for _ in commands:
-        made.loop.step()
+    made.take(commands)
     assert made.loop.state.externals.read()["event(robot,success,0)"] is Truth.FALSE
 
 
@@ -272,9 +255,7 @@ def test_steps_in_any_order(system: Make, tmp_path: Path) -> None:
     file = tmp_path / "steps.lp"
     file.write_text("#program state(t). #external e(t).")
     made = system(script(tmp_path, *commands), encoding=[str(file)])
-    made.loop.prepare()
-    for _ in commands:
-        made.loop.step()
+    made.take(commands)
     assert sorted(made.loop.state.externals.read()) == ["e(0)", "e(1)", "e(2)"]
 
 
@@ -350,9 +331,7 @@ def test_release_step_keeps_what_the_mode_has_made_true(system: Make, tmp_path: 
         "release_external(event(a,b,1))", "release_step(1)", "solve", "release_step(1)", "solve",
     ]  # fmt: skip
     made = system(script(tmp_path, *commands), encoding=[str(file)])
-    made.loop.prepare()
-    for _ in commands:
-        made.loop.step()
+    made.take(commands)
     assert sorted(made.loop.state.externals.read()) == [
         "event(save,f,0)", "event(save,f,1)", "gate(0)", "open(0)", "open(1)", "query(0)",
         "query(1)",
@@ -363,9 +342,7 @@ def test_an_action_without_an_answer_counts_as_failed(system: Make) -> None:
     made = system("dynamic.incremental.recording", "-c", "steps=20", action_timeout=0.01)
     answers = iter([None, None, "success"])
     made.world.answer = lambda actuator, action: next(answers, "success")
-    goal = made.goal("visit(2)")
-    made.start()
-    assert goal.wait() == "succeeded"
+    assert made.begin("visit(2)").wait() == "succeeded"
     assert made.world.actions == ["go(2)"] * 3
     assert len(made.world.warnings) == 2
     assert "robot has not answered for 0.01 s (~action_timeout)" in made.world.warnings[0]
@@ -384,9 +361,7 @@ def test_an_encoding_may_know_of_no_answer_in_time(system: Make, tmp_path: Path)
     mode = "dynamic.incremental.recording"
     made = system(mode, "-c", "steps=20", encoding=(str(encoding),), action_timeout=0.01)
     made.world.answer = lambda actuator, action: None
-    goal = made.goal("visit(2)")
-    made.start()
-    assert goal.wait() == "aborted"
+    assert made.begin("visit(2)").wait() == "aborted"
     assert "event(robot,timeout,1)" in made.loop.state.externals.true
     assert len(made.world.actions) == 1
 
@@ -394,8 +369,7 @@ def test_an_encoding_may_know_of_no_answer_in_time(system: Make, tmp_path: Path)
 def test_the_plan_is_shown_from_the_current_step_on(system: Make) -> None:
     made = system("dynamic.incremental.recording", "-c", "steps=20")
     made.world.answer = lambda actuator, action: None
-    goal = made.goal("visit(4)")
-    made.start()
+    goal = made.begin("visit(4)")
     made.world.wait_for(lambda world: bool(world.plan and world.published))
     moves = [f"do(robot,go({cell}),{cell - 1})" for cell in (2, 3, 4)]
     assert made.world.plan == moves
@@ -410,8 +384,7 @@ def test_an_action_fails_in_time_although_messages_keep_coming(system: Make) -> 
     made = system("dynamic.incremental.recording", "-c", "steps=20", action_timeout=0.1)
     answers = iter([None, "success"])
     made.world.answer = lambda actuator, action: next(answers, "success")
-    goal = made.goal("visit(2)")
-    made.start()
+    goal = made.begin("visit(2)")
     made.world.wait_for(lambda world: bool(world.published))
     stop = threading.Event()
 
@@ -448,9 +421,7 @@ def test_an_answer_counts_although_it_is_not_declared(
     made = system(mode, "-c", "steps=20", encoding=[file])
     answers = iter(["success", "done(1)", "failure"])
     made.world.answer = lambda actuator, action: next(answers)
-    goal = made.goal("visit(4)")
-    made.start()
-    assert goal.wait() == "succeeded"
+    assert made.begin("visit(4)").wait() == "succeeded"
     assert made.world.actions == ["go(2)", "go(3)", "go(4)"]
     (warning,) = made.world.warnings
     assert "robot has answered success: that ends its action" in warning

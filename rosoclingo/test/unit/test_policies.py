@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import time
 from pathlib import Path
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, Dict, List, Sequence, Tuple, Type
 
 import pytest
 
@@ -68,6 +68,16 @@ def mode(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
+def visit(
+    mode: str, answers: Sequence[Any], policies: Dict[str, Any], kind: Type[Failing] = Failing
+) -> Failing:
+    """Returns a robot that is asked to visit cell 2, after its run."""
+    system = kind(mode, answers, policies)
+    system.request("visit(2)")
+    assert system.run() is None
+    return system
+
+
 def gone(system: System) -> List[str]:
     return [action for _, action in system.published]
 
@@ -83,9 +93,8 @@ def retries(system: System) -> List[Tuple[int, str]]:
 
 
 def test_two_failures_and_a_success_are_one_success(mode: str) -> None:
-    system = Failing(mode, ["failure", "failure", "success"], TWICE)
-    goal = system.request("visit(2)")
-    assert system.run() is None
+    system = visit(mode, ["failure", "failure", "success"], TWICE)
+    (goal,) = system.goals
     assert goal.words[-1] == "succeeded"
     assert gone(system) == ["go(2)"] * 3
     assert retries(system) == [(1, "failure"), (2, "failure")]
@@ -99,25 +108,19 @@ def test_two_failures_and_a_success_are_one_success(mode: str) -> None:
 
 
 def test_a_third_failure_is_told(mode: str) -> None:
-    system = Failing(mode, ["failure"] * 3, TWICE)
-    goal = system.request("visit(2)")
-    assert system.run() is None
-    assert goal.words[-1] == "succeeded"  # by another action of another step
+    system = visit(mode, ["failure"] * 3, TWICE)
+    assert system.goals[0].words[-1] == "succeeded"  # by another action of another step
     assert len(retries(system)) == 2
     assert gone(system) == ["go(2)"] * 4
 
 
 def test_a_retry_has_a_new_token(mode: str) -> None:
-    system = Failing(mode, ["failure"], TWICE)
-    system.request("visit(2)")
-    system.run()
+    system = visit(mode, ["failure"], TWICE)
     assert system.loop.state.executions.last["robot"].number == 2
 
 
 def test_what_was_aborted_is_not_tried_again(mode: str) -> None:
-    system = Failing(mode, [None], TWICE)
-    system.request("visit(2)")
-    system.run()
+    system = visit(mode, [None], TWICE)
     system.put(ControlArrived(Control.HALT))
     system.tell("robot", "failure")
     system.run()
@@ -125,9 +128,7 @@ def test_what_was_aborted_is_not_tried_again(mode: str) -> None:
 
 
 def test_each_attempt_is_aborted_at_its_timeout(mode: str) -> None:
-    system = Failing(mode, [None] * 3, {"go(*)": {"timeout": 3, "retries": 2}})
-    system.request("visit(2)")
-    system.run()
+    system = visit(mode, [None] * 3, {"go(*)": {"timeout": 3, "retries": 2}})
     assert gone(system)[:6] == ["go(2)", ABORT] * 3
 
 
@@ -152,11 +153,9 @@ def test_what_is_said_of_an_attempt_after_its_timeout_is_dropped(mode: str) -> N
             if action == ABORT:
                 self.tell("robot", "failure")
 
-    system = Late(mode, [None], {"go(*)": {"timeout": 3, "retries": 1}})
-    goal = system.request("visit(2)")
-    system.run()
+    system = visit(mode, [None], {"go(*)": {"timeout": 3, "retries": 1}}, Late)
     assert gone(system) == ["go(2)", ABORT, "go(2)"]
-    assert goal.words[-1] == "succeeded"
+    assert system.goals[0].words[-1] == "succeeded"
     assert any("waits for a retry" in warning for warning in system.warnings)
 
 
@@ -172,10 +171,8 @@ def test_time_in_which_nobody_looked_counts_for_nothing(mode: str) -> None:
             return super().turn()
 
     for policy in ({"timeout": 30}, {"heartbeat": 5}):
-        system = Stopped(mode, [], {"go(*)": policy})
-        goal = system.request("visit(2)")
-        system.run()
-        assert goal.words[-1] == "succeeded"
+        system = visit(mode, [], {"go(*)": policy}, Stopped)
+        assert system.goals[0].words[-1] == "succeeded"
         assert not any("~policies" in warning for warning in system.warnings)
 
 
@@ -186,47 +183,37 @@ def test_a_pause_of_the_run_holds_a_retry(mode: str) -> None:
             if isinstance(record.event, ActionRetried):
                 self.put(ControlArrived(Control.PAUSE))
 
-    system = Paused(mode, ["failure"], TWICE)
-    goal = system.request("visit(2)")
-    system.run()
+    system = visit(mode, ["failure"], TWICE, Paused)
     assert gone(system) == ["go(2)"]
     system.put(ControlArrived(Control.RESUME))
     system.run()
     assert gone(system) == ["go(2)", "go(2)"]
-    assert goal.words[-1] == "succeeded"
+    assert system.goals[0].words[-1] == "succeeded"
 
 
 def test_an_operator_ends_a_pause_by_an_approval(mode: str) -> None:
-    policies = {"go(*)": {"retries": 1, "pause": 1000}}
-    system = Failing(mode, ["failure"], policies)
-    goal = system.request("visit(2)")
-    system.run()
+    system = visit(mode, ["failure"], {"go(*)": {"retries": 1, "pause": 1000}})
     assert gone(system) == ["go(2)"]
     system.put(ControlArrived(Control.APPROVE))
     system.run()
-    assert goal.words[-1] == "succeeded"
+    assert system.goals[0].words[-1] == "succeeded"
     assert not system.loop.state.interlock.approved
 
 
 def test_an_operator_rejects_a_retry(mode: str) -> None:
-    policies = {"go(*)": {"retries": 5, "pause": 1000}}
-    system = Failing(mode, ["failure"], policies)
-    goal = system.request("visit(2)")
-    system.run()
+    system = visit(mode, ["failure"], {"go(*)": {"retries": 5, "pause": 1000}})
     system.put(ControlArrived(Control.REJECT))
     system.run()
     assert retries(system) == [(1, "failure")]
-    assert goal.words[-1] == "succeeded"  # the planner plans the action anew
+    assert system.goals[0].words[-1] == "succeeded"  # the planner plans the action anew
 
 
 def test_a_timeout_aborts_and_is_tried_again(mode: str) -> None:
-    system = Failing(mode, [None], {"go(*)": {"timeout": 3, "retries": 1}})
-    goal = system.request("visit(2)")
-    system.run()
+    system = visit(mode, [None], {"go(*)": {"timeout": 3, "retries": 1}})
     assert gone(system) == ["go(2)", ABORT, "go(2)"]
     assert retries(system) == [(1, "timeout")]
     assert "robot has not answered for 3 s (~policies)" in system.warnings[0]
-    assert goal.words[-1] == "succeeded"
+    assert system.goals[0].words[-1] == "succeeded"
 
 
 def test_a_timeout_is_told_as_what_the_policy_says(tmp_path: Path) -> None:
@@ -238,9 +225,7 @@ def test_a_timeout_is_told_as_what_the_policy_says(tmp_path: Path) -> None:
     system.request("visit(2)")
     system.run()
     assert any(one.startswith("event(robot,stuck,") for one in told(system))
-    without = Failing(MODES[0], [None], policies)
-    without.request("visit(2)")
-    without.run()
+    without = visit(MODES[0], [None], policies)
     assert any(one.startswith("event(robot,failure,") for one in told(without))
 
 

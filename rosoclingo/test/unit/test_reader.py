@@ -32,6 +32,11 @@ from rosoclingo.loop.journal import (
 NUMBERS = [str(number) for number in range(1, 21)]
 
 
+@pytest.fixture
+def maker() -> Maker:
+    return run()
+
+
 @pytest.mark.parametrize("kind", sorted(MD5SUMS))
 def test_md5_sums(kind: str) -> None:
     assert STORE.generate_msgdef(rosbags_type(kind))[1] == MD5SUMS[kind]
@@ -104,8 +109,7 @@ def test_about_that_is_no_description(tmp_path: Path) -> None:
     assert "/rosoclingo/about does not say how" in recording.remarks[0]
 
 
-def test_events_twice_and_out_of_order(tmp_path: Path) -> None:
-    maker = run()
+def test_events_twice_and_out_of_order(maker: Maker, tmp_path: Path) -> None:
     maker.messages += maker.messages[3:9]
     random.Random(1).shuffle(maker.messages)
     recording = read_recording(maker.write(tmp_path / "a.bag"))
@@ -113,8 +117,7 @@ def test_events_twice_and_out_of_order(tmp_path: Path) -> None:
     assert recording.remarks == ()
 
 
-def test_missing_events(tmp_path: Path) -> None:
-    maker = run()
+def test_missing_events(maker: Maker, tmp_path: Path) -> None:
     del maker.messages[10:13]
     assert read_recording(maker.write(tmp_path / "a.bag")).remarks == (
         "3 events of the journal are missing",
@@ -132,8 +135,7 @@ def test_numbers_that_no_rosoclingo_sends(tmp_path: Path) -> None:
     )
 
 
-def test_node_started_again(tmp_path: Path) -> None:
-    maker = run()
+def test_node_started_again(maker: Maker, tmp_path: Path) -> None:
     for number in (1, 2, 3):
         maker.event(number, "command", 5.0 + number, text=f"again {number}")
     recording = read_recording(maker.write(tmp_path / "a.bag"))
@@ -141,8 +143,7 @@ def test_node_started_again(tmp_path: Path) -> None:
     assert "2 times" in recording.remarks[0]
 
 
-def test_a_node_that_goes_on_and_has_forgotten_what_came_last(tmp_path: Path) -> None:
-    maker = run()
+def test_a_node_that_goes_on_and_has_forgotten_what_came_last(maker: Maker, tmp_path: Path) -> None:
     last = len(NUMBERS)
     maker.event(last, "resumed", 50.0, id="rosoclingo")
     maker.event(last + 1, "command", 51.0, text="again")
@@ -192,15 +193,11 @@ def test_damaged_chunk(tmp_path: Path) -> None:
     assert any("cannot be decompressed" in remark for remark in recording.remarks)
 
 
-def _sample(tmp_path_factory: pytest.TempPathFactory) -> Tuple[Path, bytes]:
-    folder = tmp_path_factory.mktemp("bags")
-    return folder / "cut.bag", run(events=6).write(folder / "a.bag", "lz4").read_bytes()
-
-
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory: pytest.TempPathFactory) -> Tuple[Path, bytes]:
     """Where to write a bag, and the content of an intact one."""
-    return _sample(tmp_path_factory)
+    folder = tmp_path_factory.mktemp("bags")
+    return folder / "cut.bag", run(events=6).write(folder / "a.bag", "lz4").read_bytes()
 
 
 def _read(file: Path, content: bytes) -> None:
@@ -311,8 +308,7 @@ def test_several_systems(tmp_path: Path) -> None:
 # Types.
 
 
-def test_other_comments(tmp_path: Path) -> None:
-    maker = run()
+def test_other_comments(maker: Maker, tmp_path: Path) -> None:
     kind = LOOP_TYPES["journal"]
     other = source("/rosoclingo/journal", kind, comment="# Another comment: = MSG: \n\n")
     maker.messages = [
@@ -324,8 +320,7 @@ def test_other_comments(tmp_path: Path) -> None:
     assert recording.remarks == ()
 
 
-def test_journal_of_another_md5_sum(tmp_path: Path) -> None:
-    maker = run()
+def test_journal_of_another_md5_sum(maker: Maker, tmp_path: Path) -> None:
     other = source("/rosoclingo/journal", LOOP_TYPES["journal"], md5sum="0" * 32)
     maker.messages = [(other, seconds, content) for _, seconds, content in maker.messages]
     with pytest.raises(BagError, match=r"MD5 sum 0000.*record again"):
@@ -341,8 +336,7 @@ def test_definition_that_does_not_fit_its_md5_sum(tmp_path: Path) -> None:
         read_recording(maker.write(tmp_path / "a.bag"))
 
 
-def test_a_foreign_connection_beside_the_right_one(tmp_path: Path) -> None:
-    maker = run()
+def test_a_foreign_connection_beside_the_right_one(maker: Maker, tmp_path: Path) -> None:
     foreign = source("/rosoclingo/journal", "std_msgs/String")
     maker.messages.append((foreign, 1.0, data("std_msgs/String", data="hello")))
     recording = read_recording(maker.write(tmp_path / "a.bag"))
@@ -350,8 +344,7 @@ def test_a_foreign_connection_beside_the_right_one(tmp_path: Path) -> None:
     assert "recorded as std_msgs/String" in recording.remarks[0]
 
 
-def test_messages_that_are_too_short(tmp_path: Path) -> None:
-    maker = run()
+def test_messages_that_are_too_short(maker: Maker, tmp_path: Path) -> None:
     sender, seconds, content = maker.messages[-1]
     maker.messages[-1] = (sender, seconds, content[:10])
     recording = read_recording(maker.write(tmp_path / "a.bag"))

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence
 
 import pytest
-from conftest import PACKAGE, TIMEOUT, RecordedGoal, System
+from conftest import PACKAGE, TIMEOUT, Make, RecordedGoal, System
 from replay_maker import run_of
 
 from rosclingo.errors import ParameterError
@@ -276,9 +276,7 @@ def replay_alike(system: System, recorded: Sequence[Entry], seed: int) -> List[E
     [("recording", 0), ("dyn_reset", 1), ("reset", 2), ("single", 3), ("paper", 4), ("demand", 5),
      ("busy", 8), ("2.0", 6)],
 )  # fmt: skip
-def test_a_replay_is_the_same(
-    system: Callable[..., System], single: Callable[..., System], mode: str, seed: int
-) -> None:
+def test_a_replay_is_the_same(system: Make, single: Make, mode: str, seed: int) -> None:
     def make(inbox: Inbox) -> System:
         more = {"inbox": inbox, "policies": policies}
         if mode in ("single", "paper"):
@@ -306,7 +304,7 @@ def test_a_replay_is_the_same(
 
 @pytest.mark.parametrize("seed", range(int(os.environ.get("ENDS", "3"))))
 def test_a_replay_of_a_run_that_has_ended_is_the_same(
-    system: Callable[..., System], single: Callable[..., System], seed: int
+    system: Make, single: Make, seed: int
 ) -> None:
     """No plan, or no further step: ENDS=500 in the environment ends so many runs at random."""
     steps = ("-c", f"steps={random.Random(seed).randint(2, 7)}")

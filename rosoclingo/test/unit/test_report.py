@@ -12,6 +12,7 @@ from typing import Any, Dict, List, Tuple
 
 import pytest
 from bag_maker import Maker, run_without, source
+from conftest import exit_status
 from journals import Journal, long_journal
 from matplotlib.figure import Figure
 
@@ -20,6 +21,7 @@ from rosoclingo.bags.report.command import main
 from rosoclingo.bags.report.page import data, render
 from rosoclingo.bags.report.picture import draw, label
 from rosoclingo.bags.report.rows import COLOURS
+from rosoclingo.bags.report.run import Statistics
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.launched.about import Launched
@@ -221,11 +223,7 @@ def test_restarts_are_marked(tmp_path: Path) -> None:
     assert (planner["node"], planner["reason"]) == ("planner", HOSTILE)
     figures = {name: (value, more) for name, value, more in found["figures"]}
     assert figures["restarts"] == ("2", "1 rosoclingo, 1 planner")
-    marked, plain = tmp_path / "marked.svg", tmp_path / "plain.svg"
-    draw(journal.compute(), "run", marked)
-    draw(Journal().action("r", "a").compute(), "run", plain)
-    assert COLOURS["restart"] in marked.read_text()
-    assert COLOURS["restart"] not in plain.read_text()
+    assert_drawn(tmp_path, "restart", journal.compute(), Journal().action("r", "a").compute())
 
 
 @pytest.mark.costly
@@ -248,11 +246,7 @@ def test_what_an_operator_held_is_a_lane(tmp_path: Path) -> None:
     ]  # fmt: skip
     (lane,) = (one for one in found["lanes"] if one["name"] == "operator")
     assert [bar[:3] for bar in lane["bars"]] == [[0, 0.5, 1.5], [1, 1.5, 2.0], [2, 2.5, 3.0]]
-    marked, plain = tmp_path / "marked.svg", tmp_path / "plain.svg"
-    draw(compute(recording), "run", marked)
-    draw(journal.compute(), "run", plain)
-    assert COLOURS["hold"] in marked.read_text()
-    assert COLOURS["hold"] not in plain.read_text()
+    assert_drawn(tmp_path, "hold", compute(recording), journal.compute())
 
 
 @pytest.mark.costly
@@ -277,11 +271,14 @@ def test_beliefs_are_a_lane_and_a_table(tmp_path: Path) -> None:
     assert [bar[:3] for bar in lane["bars"]] == [[0, 1, 3], [1, 3, 4], [2, 5, 6]]
     other = Journal().add("belief", details=(*seen, *shut, *flat)).compute()
     assert [one.others for one in other.beliefs] == ["flat (3)"]
-    marked, plain = tmp_path / "marked.svg", tmp_path / "plain.svg"
-    draw(journal.compute(), "run", marked)
-    draw(Journal().goal("g", "x").compute(), "run", plain)
-    assert COLOURS["belief"] in marked.read_text()
-    assert COLOURS["belief"] not in plain.read_text()
+    assert_drawn(tmp_path, "belief", journal.compute(), Journal().goal("g", "x").compute())
+
+
+def assert_drawn(folder: Path, what: str, marked: Statistics, plain: Statistics) -> None:
+    """Draws a run with something that has a colour, and one without."""
+    for statistics, has_it in ((marked, True), (plain, False)):
+        draw(statistics, "run", folder / "run.svg")
+        assert (COLOURS[what] in (folder / "run.svg").read_text()) == has_it
 
 
 def test_a_label_does_not_reach_into_the_next_bar() -> None:
@@ -313,9 +310,7 @@ def bag(folder: Path) -> Path:
 
 @pytest.mark.costly
 def test_the_program_writes_page_and_picture(tmp_path: Path) -> None:
-    with pytest.raises(SystemExit) as end:
-        main([str(bag(tmp_path)), "--png", str(tmp_path / "run.png")])
-    assert end.value.code == 0
+    assert exit_status(main, bag(tmp_path), "--png", tmp_path / "run.png") == 0
     assert (tmp_path / "run.png").read_bytes().startswith(PNG)
     found = Page((tmp_path / "run.html").read_text(encoding="utf-8")).data
     assert rows(found["goals"])[0]["request"] == "bring(1,3)"
@@ -341,15 +336,11 @@ def test_nothing_of_a_bag_commands_the_terminal(
     maker.event(1, "goal", 0.1, id="g", text="bring(1,3)")
     other = source("/\x1b[2J/journal", "std_msgs/String")
     maker.messages.append((other, 0.2, b""))
-    with pytest.raises(SystemExit) as end:
-        main([str(maker.write(tmp_path / "run.bag"))])
-    assert end.value.code == 0
+    assert exit_status(main, maker.write(tmp_path / "run.bag")) == 0
     captured = capsys.readouterr()
     assert "left out: /\\x1b[2J/journal" in captured.err
     assert "\x1b" not in captured.out + captured.err
-    with pytest.raises(SystemExit) as end:
-        main([str(tmp_path / "run.bag"), "--name", "x"])
-    assert end.value.code == 2
+    assert exit_status(main, tmp_path / "run.bag", "--name", "x") == 2
     captured = capsys.readouterr()
     assert "there are /\\x1b[2J" in captured.err
     assert "\x1b" not in captured.out + captured.err
@@ -362,9 +353,7 @@ def test_what_is_no_bag_ends_the_program_with_a_message(
     file = tmp_path / "run.bag"
     if content is not None:
         file.write_bytes(content)
-    with pytest.raises(SystemExit) as end:
-        main([str(file)])
-    assert end.value.code == 2
+    assert exit_status(main, file) == 2
     assert str(file) in capsys.readouterr().err
     assert not (tmp_path / "run.html").exists()
 
@@ -382,16 +371,12 @@ def test_a_picture_that_cannot_be_drawn(
     monkeypatch.delitem(sys.modules, "rosoclingo.bags.report.picture", raising=False)
     for module in modules:
         monkeypatch.setitem(sys.modules, module, None)  # importing it fails
-    with pytest.raises(SystemExit) as end:
-        main([str(bag(tmp_path)), "--png", str(tmp_path / "run.bmp")])
-    assert end.value.code == 2
+    assert exit_status(main, bag(tmp_path), "--png", tmp_path / "run.bmp") == 2
     error = capsys.readouterr().err
     assert str(tmp_path / "run.bmp") in error
     assert reason in error
 
 
 def test_a_page_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as end:
-        main([str(bag(tmp_path)), "-o", str(tmp_path / "none" / "page.html")])
-    assert end.value.code == 2
+    assert exit_status(main, bag(tmp_path), "-o", tmp_path / "none" / "page.html") == 2
     assert "none/page.html" in capsys.readouterr().err

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Callable
 
 import pytest
-from conftest import PACKAGE, System
+from conftest import PACKAGE, Make
 
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop import waiting
 
-Make = Callable[..., System]
 LINE = (PACKAGE / "example/line.lp").read_text()
 PAPER = (PACKAGE / "example/line_paper.lp").read_text()
 MODES = sorted(path.stem for path in (PACKAGE / "modes").glob("dynamic.*.lp"))
@@ -31,8 +29,7 @@ def hide(folder: Path, text: str, *signatures: str) -> str:
 @pytest.mark.parametrize("mode", MODES)
 def test_an_encoding_that_hides(system: Make, tmp_path: Path, mode: str, signature: str) -> None:
     made = system(mode, "-c", "steps=5", encoding=[hide(tmp_path, LINE, signature)])
-    goal = made.goal("visit(3)")
-    made.start()
+    goal = made.begin("visit(3)")
     with pytest.raises(PlannerError, match=rf"hides {signature}, .*add #show {signature}\."):
         raise made.wait()
     assert goal.wait() == "aborted"
@@ -80,8 +77,7 @@ def test_an_encoding_of_the_paper_that_hides(single: Make, tmp_path: Path) -> No
 def test_a_long_search_says_how_far_it_is(system: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(waiting, "_SILENT_SECONDS", -1.0)
     made = system("dynamic.incremental.recording", "-c", "steps=9")
-    goal = made.goal("visit(4)")
-    made.start()
+    goal = made.begin("visit(4)")
     assert goal.wait() == "succeeded"
     told = [f"planning, horizon {horizon}" for horizon in range(4)]
     begin = goal.lines.index(told[0])

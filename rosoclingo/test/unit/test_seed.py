@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import List, Sequence
 
 import pytest
+from conftest import exit_status
 from waiting import wait_for
 
 from rosoclingo.desk.command_line import parse
@@ -154,9 +155,7 @@ def test_the_desk_names_the_package(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(downward, "find_fast_downward", lambda: None)
-    with pytest.raises(SystemExit) as ended:
-        parse(["line.lp", "--seed-planner", "lama"])
-    assert ended.value.code == 2
+    assert exit_status(parse, "line.lp", "--seed-planner", "lama") == 2
     assert "pip install up-fast-downward" in capsys.readouterr().err
 
 

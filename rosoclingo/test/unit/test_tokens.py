@@ -79,8 +79,8 @@ def test_a_run_shows_itself_before_it_has_an_action() -> None:
     assert two.shown == one.shown
 
 
-def robot(play: Callable[[Robot], None], *files: str, mode: str = MODE) -> Robot:
-    options = Options((LINE, *files))
+def robot(play: Callable[[Robot], None], *files: str, mode: str = MODE, line: str = LINE) -> Robot:
+    options = Options((line, *files))
     constants = () if mode == SINGLE else ("-c", "steps=30")
     return Robot(make_parts(mode, options, constants).loop, play)
 
@@ -236,20 +236,15 @@ def test_an_answer_that_is_wrong() -> None:
 def test_an_encoding_that_does_not_know_unknown(example: str) -> None:
     """It is told that the action has failed: the robot is where it was, and tries again."""
     answers = ["unknown", "unknown", "success", "success"]
-    made = Robot(
-        make_parts(MODE, Options((f"{EXAMPLES}/{example}",)), ("-c", "steps=30")).loop,
-        lambda robot: robot.reply(answers[robot.told.number - 1]),
-    )
+    file = f"{EXAMPLES}/{example}"
+    made = robot(lambda robot: robot.reply(answers[robot.told.number - 1]), line=file)
     assert visit(made, 3) == ["accepted", "succeeded"]
     assert [action for _, action in made.published] == ["go(2)", "go(2)", "go(2)", "go(3)"]
-    assert (
-        made.warnings
-        == [
-            "whether robot has done its action is unknown, and the planner is told that it failed, "
-            "because its encoding does not declare #external event(robot,unknown,t)"
-        ]
-        * 2
+    warning = (
+        "whether robot has done its action is unknown, and the planner is told that it failed, "
+        "because its encoding does not declare #external event(robot,unknown,t)"
     )
+    assert made.warnings == [warning] * 2
     assert made.messages[0] == ("robot", "unknown")
     assert made.dropped == []
 
@@ -269,10 +264,7 @@ def test_unknown_without_failure(tmp_path: Path) -> None:
     text = Path(LINE).read_text().replace("(success;failure)", "success")
     file = tmp_path / "line.lp"
     file.write_text(text)
-    made = Robot(
-        make_parts(MODE, Options((str(file),)), ("-c", "steps=30")).loop,
-        lambda robot: robot.reply("unknown"),
-    )
+    made = robot(lambda robot: robot.reply("unknown"), line=str(file))
     assert visit(made, 2) == ["accepted", "succeeded"]
     assert ["robot has answered unknown: that ends its action" in w for w in made.warnings] == [
         True
@@ -298,10 +290,8 @@ def test_a_token_stays_the_same() -> None:
 
 def test_an_abort() -> None:
     """What is to stop keeps its token, and is still to be answered."""
-    made = Robot(
-        make_parts(SINGLE, Options((f"{EXAMPLES}/line_1.0.lp",)), ()).loop,
-        lambda robot: robot.tell("info", "close(2)"),
-    )
+    first = f"{EXAMPLES}/line_1.0.lp"
+    made = robot(lambda robot: robot.tell("info", "close(2)"), line=first, mode=SINGLE)
     goal = made.request("visit(2)")
     assert made.run() is None
     assert [action for _, action in made.published] == ["go(2)", "abort"]

@@ -15,7 +15,7 @@ from typing import Any, Callable, FrozenSet, Iterable, List, Optional, Tuple, Ty
 
 import clingo
 import pytest
-from conftest import PACKAGE, System
+from conftest import PACKAGE, Make
 from draws import draws
 from waiting import wait_for
 
@@ -758,11 +758,10 @@ def test_phrases_are_read(tmp_path: Path) -> None:
     assert text.startswith("There is no plan for visit(6) because cell 5 is closed. Without that")
 
 
-def test_the_situation_of_a_loop(system: Callable[..., System]) -> None:
+def test_the_situation_of_a_loop(system: Make) -> None:
     made = system("dynamic.incremental.recording", "-c", "steps=30")
     made.world.answer = lambda actuator, action: None
-    goal = made.goal("visit(4)")
-    made.start()
+    goal = made.begin("visit(4)")
     goal.wait_until_accepted()
     commit = "event(commit,do(robot,go(2)),1)"
     wait_for(lambda: made.loop.state.externals.is_true(commit))
@@ -780,7 +779,7 @@ def test_the_situation_of_a_loop(system: Callable[..., System]) -> None:
 
 
 @pytest.mark.costly
-def test_a_long_run_is_told_as_what_holds(system: Callable[..., System]) -> None:
+def test_a_long_run_is_told_as_what_holds(system: Make) -> None:
     """The robot goes up and down the line, and does not answer any more in the end."""
     made = system("dynamic.incremental.recording", "-c", "steps=90")
     answers = itertools.chain(["success"] * 24, itertools.repeat(None))
@@ -872,7 +871,7 @@ sets(r,bring(ID),thing(ID),b,k) :- asked(ID,bring,k).
 @pytest.mark.parametrize("slots", [3, 1])
 @pytest.mark.parametrize("library", [False, True], ids=["line", "library"])
 def test_a_slot_whose_goal_has_just_ended(
-    system: Callable[..., System], slots: int, library: bool, tmp_path: Path
+    system: Make, slots: int, library: bool, tmp_path: Path
 ) -> None:
     """What nobody has a slot for until the step ends is asked in the next step."""
     file, request, then, steps = Path(LINE), "visit(2)", "visit(4)", 2

@@ -155,8 +155,9 @@ def test_nobody_knows_whether_an_action_was_done() -> None:
     assert any("on a robot" in text for text in _violations([*LOST[:-1], *GOOD[18:19]]))
 
 
-def _pair() -> Validator:
-    """Returns a validator of two robots at a waypoint with three ways on, and a request."""
+@pytest.fixture
+def validator() -> Validator:
+    """A validator of two robots at a waypoint with three ways on, and a request."""
     hall = InstanceMap({"a", "b", "c"}, {frozenset(("hall", office)) for office in "abc"})
     hall.starts = {"one": "hall", "other": "hall"}
     validator = Validator(hall, immediate=True)
@@ -173,9 +174,8 @@ def _go(validator: Validator, robot: str, target: str, answer: str = "failure") 
 A, B = frozenset(("hall", "a")), frozenset(("hall", "b"))
 
 
-def test_a_robot_that_is_stuck() -> None:
+def test_a_robot_that_is_stuck(validator: Validator) -> None:
     """It has failed on two ways in a row: these are free then, and it does nothing more."""
-    validator = _pair()
     _go(validator, "one", "a")
     assert validator.believed() == {A}
     assert not validator.lost
@@ -188,8 +188,7 @@ def test_a_robot_that_is_stuck() -> None:
     assert validator.violations == ["one is to do go(c), and nobody knows where it is"]
 
 
-def test_a_robot_that_has_come_away_is_not_stuck() -> None:
-    validator = _pair()
+def test_a_robot_that_has_come_away_is_not_stuck(validator: Validator) -> None:
     for target, answer in (
         ("a", "failure"),
         ("c", "success"),
@@ -201,8 +200,7 @@ def test_a_robot_that_has_come_away_is_not_stuck() -> None:
     assert validator.believed() == {A, B}
 
 
-def test_a_robot_that_fails_on_the_same_way_is_not_stuck() -> None:
-    validator = _pair()
+def test_a_robot_that_fails_on_the_same_way_is_not_stuck(validator: Validator) -> None:
     for _ in range(3):
         _go(validator, "one", "a")
         validator.message("info", "unblocked(a,hall)")
@@ -210,9 +208,8 @@ def test_a_robot_that_fails_on_the_same_way_is_not_stuck() -> None:
 
 
 @pytest.mark.parametrize("first", [True, False])
-def test_what_others_say_of_a_way_stays(first: bool) -> None:
+def test_what_others_say_of_a_way_stays(validator: Validator, first: bool) -> None:
     """A robot that is stuck is no reason to believe otherwise, before that or afterwards."""
-    validator = _pair()
     _go(validator, "one", "a")
     if first:
         validator.message("info", "blocked(hall,a)")
@@ -223,8 +220,7 @@ def test_what_others_say_of_a_way_stays(first: bool) -> None:
     assert validator.believed() == {A}
 
 
-def test_what_another_robot_has_found_stays() -> None:
-    validator = _pair()
+def test_what_another_robot_has_found_stays(validator: Validator) -> None:
     for robot in ("one", "other"):
         validator.action(robot, "go(a)")
     for robot in ("one", "other"):

@@ -57,12 +57,16 @@ class Run:
         return self.shown[table][key]
 
 
+@pytest.fixture
+def run() -> Run:
+    return Run()
+
+
 def act(actuator: str, action: str, is_aborted: bool = False) -> TokenRow:
     return TokenRow(7, 1, actuator, action, True, is_aborted)
 
 
-def test_a_goal_from_its_arrival_to_its_end() -> None:
-    run = Run()
+def test_a_goal_from_its_arrival_to_its_end(run: Run) -> None:
     run.hear(journal.GoalArrived("g", "bring(1,3)", ("a book",)))
     run.model.tell_goal("g", "queued 2")
     goal = run.row("goals", "g")
@@ -99,8 +103,7 @@ def test_a_goal_from_its_arrival_to_its_end() -> None:
     assert run.row("run", "run")["open"] == 0
 
 
-def test_only_the_last_goals_that_have_ended_are_kept() -> None:
-    run = Run()
+def test_only_the_last_goals_that_have_ended_are_kept(run: Run) -> None:
     for number in range(60):
         run.hear(journal.GoalArrived(f"g{number}", "r"))
         run.hear(journal.StatusSet(f"g{number}", Status.SUCCEEDED, "1"))
@@ -110,8 +113,7 @@ def test_only_the_last_goals_that_have_ended_are_kept() -> None:
     assert run.model.goals.counts == {Status.SUCCEEDED: 60}
 
 
-def test_of_many_goals_that_wait_the_first_are_shown() -> None:
-    run = Run()
+def test_of_many_goals_that_wait_the_first_are_shown(run: Run) -> None:
     for number in range(300):
         run.hear(journal.GoalArrived(f"g{number}", "r"))
     assert run.row("run", "run")["open"] == 300
@@ -121,8 +123,7 @@ def test_of_many_goals_that_wait_the_first_are_shown() -> None:
     assert "g200" in run.shown["goals"]
 
 
-def test_progress_of_what_is_executed() -> None:
-    run = Run()
+def test_progress_of_what_is_executed(run: Run) -> None:
     run.model.actuators.set_progress("a", 7, 0.1)  # of which nothing is known yet
     run.model.actuators.set_tokens([act("r", "go(2)")], "a")
     assert run.row("actuators", "r")["progress"] is None
@@ -152,9 +153,8 @@ def test_progress_of_what_is_executed() -> None:
     ],
 )
 def test_what_an_actuator_waits_for(
-    tokens: Sequence[TokenRow], decisions: OperatorDecisions, state: str, waits: str
+    run: Run, tokens: Sequence[TokenRow], decisions: OperatorDecisions, state: str, waits: str
 ) -> None:
-    run = Run()
     run.model.set_plan(1, 3, ["do(r,go(2),1)", "do(r,go(3),2)"])
     run.model.actuators.set_tokens(tokens)
     run.model.decide(decisions, run.time)
@@ -163,8 +163,7 @@ def test_what_an_actuator_waits_for(
     assert waits in row["waits"]
 
 
-def test_an_actuator_without_a_next_action() -> None:
-    run = Run()
+def test_an_actuator_without_a_next_action(run: Run) -> None:
     run.model.actuators.set_tokens([TokenRow(7, 1, "r", "go(2)", False, False)])
     run.hear(journal.CommandDone("solve", Result.UNSAT))
     assert run.row("actuators", "r")["state"] == "plan"
@@ -179,8 +178,7 @@ def test_an_actuator_without_a_next_action() -> None:
     assert run.row("run", "run")["state"] == "waits"
 
 
-def test_how_far_the_actions_of_a_plan_are() -> None:
-    run = Run()
+def test_how_far_the_actions_of_a_plan_are(run: Run) -> None:
     run.hear(journal.ActionPublished("r", "go(2)"), journal.ActionPublished("s", "go(4)"), step=1)
     run.hear(journal.MessageArrived("s", "success"), step=1)
     run.model.actuators.set_tokens([act("r", "go(2)")])
@@ -201,15 +199,13 @@ def test_how_far_the_actions_of_a_plan_are() -> None:
     assert run.row("plan", "plan")["actions"] == [[1, "s", "go(4)", "planned"]]
 
 
-def test_a_long_plan_is_cut() -> None:
-    run = Run()
+def test_a_long_plan_is_cut(run: Run) -> None:
     run.model.set_plan(0, 400, [f"do(r,go({step}),{step})" for step in range(400)])
     plan = run.row("plan", "plan")
     assert (len(plan["actions"]), plan["more"]) == (300, 100)
 
 
-def test_actions_are_bars() -> None:
-    run = Run()
+def test_actions_are_bars(run: Run) -> None:
     run.hear(journal.ActionPublished("r", "go(2)"), journal.MessageArrived("info", "blocked(1,2)"))
     run.hear(journal.ActionPublished("r", "abort"), journal.ActionPublished("r", "go(3)"))
     run.hear(journal.MessageArrived("r", "success"), journal.MessageArrived("r", "success"))
@@ -224,8 +220,7 @@ def test_actions_are_bars() -> None:
     assert len(run.shown["bars"]) == 200
 
 
-def test_what_an_operator_held_is_a_bar() -> None:
-    run = Run()
+def test_what_an_operator_held_is_a_bar(run: Run) -> None:
     run.model.decide(OperatorDecisions(on_hold=("r",)), 5.0)
     run.model.decide(OperatorDecisions(on_hold=("r",), held=(("r", "go(2)", "hold"),)), 6.0)
     assert run.row("holds", "5.0") == {
@@ -239,8 +234,7 @@ def test_what_an_operator_held_is_a_bar() -> None:
     assert len(run.shown["holds"]) == 100
 
 
-def test_numbers_that_were_heard_are_ignored_and_missed_ones_counted() -> None:
-    run = Run()
+def test_numbers_that_were_heard_are_ignored_and_missed_ones_counted(run: Run) -> None:
     run.hear(journal.GoalArrived("g", "r"))
     run.model.hear(Entry(journal.GoalArrived("g", "r"), 0, 0, 1, 1001.0))
     run.look()
@@ -250,8 +244,7 @@ def test_numbers_that_were_heard_are_ignored_and_missed_ones_counted() -> None:
     assert run.row("run", "run")["missed"] == 3
 
 
-def test_what_has_become_of_messages() -> None:
-    run = Run()
+def test_what_has_become_of_messages(run: Run) -> None:
     messages = run.model.messages
     assert run.row("run", "run")["dropped"] is None
     run.hear(journal.MessageArrived("info", "close(2)"), journal.MessageArrived("info", "close(9)"))
@@ -274,8 +267,7 @@ def test_what_has_become_of_messages() -> None:
     assert messages.fate("info", "a(0)") == MessageFate(8)
 
 
-def test_another_run_begins_anew() -> None:
-    run = Run()
+def test_another_run_begins_anew(run: Run) -> None:
     run.model.decide(OperatorDecisions(True), run.time)
     run.hear(journal.GoalArrived("g", "r"), journal.LoopEnded("no plan"))
     assert run.row("run", "run")["state"] == "ended"
@@ -288,8 +280,7 @@ def test_another_run_begins_anew() -> None:
     assert run.shown["run"]["run"]["paused"]  # as its latched topic says
 
 
-def test_a_run_that_goes_on_is_the_same() -> None:
-    run = Run()
+def test_a_run_that_goes_on_is_the_same(run: Run) -> None:
     run.hear(journal.GoalArrived("g", "r"), journal.LoopWaits())
     run.number = 1  # the last events are forgotten, since power had failed
     run.hear(journal.NodeResumed("rosoclingo", seconds=0.5))
@@ -298,8 +289,7 @@ def test_a_run_that_goes_on_is_the_same() -> None:
     assert [line["number"] for line in run.lines] == [1, 2, 2]
 
 
-def test_contact() -> None:
-    run = Run()
+def test_contact(run: Run) -> None:
     assert not run.row("run", "run")["connected"]
     run.model.connect(True, 5.0)
     run.model.connect(True, 6.0)
@@ -308,8 +298,7 @@ def test_contact() -> None:
     assert (run.row("run", "run")["connected"], run.row("run", "run")["since"]) == (False, 7.0)
 
 
-def test_beliefs() -> None:
-    run = Run()
+def test_beliefs(run: Run) -> None:
     seen = ("observes(d,failure,1)", "is_about(d,1,r,go(b))", "observes(e,success,2)")
     shut = ("belief(1,2,shut(b))", "certain(shut(b))", "speaks_for(shut(b),d,1)")
     full = ("belief(2,3,full(b))", "speaks_for(full(b),d,1)")
@@ -367,8 +356,7 @@ def test_every_kind_of_event_is_told() -> None:
         )
 
 
-def test_hostile_words_are_words() -> None:
-    run = Run()
+def test_hostile_words_are_words(run: Run) -> None:
     run.hear(*ALL_EVENTS)
     run.model.set_plan(1, 2, [HOSTILE, f"do({HOSTILE},{HOSTILE},1)", "do(", "expected(1)", ""])
     run.model.actuators.set_tokens([act(HOSTILE, HOSTILE)])
@@ -387,8 +375,7 @@ def test_a_plan_of_nonsense_is_empty() -> None:
     assert PlanAhead.read(0, 0, ["do(a,b)", "do(a,b,c)", "go", "(", "expected(1,x)"]).actions == ()
 
 
-def test_metrics() -> None:
-    run = Run()
+def test_metrics(run: Run) -> None:
     run.model.connect(True, 1.0)
     run.hear(journal.GoalArrived("g", "r"), journal.GoalArrived("h", "r"))
     run.hear(journal.StatusSet("g", Status.SUCCEEDED), step=3)
@@ -413,8 +400,7 @@ def test_metrics() -> None:
     assert set(families) <= set(METRICS)
 
 
-def test_answers_of_strangers_need_no_memory() -> None:
-    run = Run()
+def test_answers_of_strangers_need_no_memory(run: Run) -> None:
     for number in range(200):
         run.hear(journal.ActionPublished("r", "go"), journal.MessageArrived("r", f"a({number})"))
     assert len(run.model.actuators.answers) == 51

@@ -78,6 +78,12 @@ class Sent:
             **state,
         )
 
+    def wait(self, number: int) -> Sent:
+        """Begins an action that goes on until the robot may end it."""
+        self.begin(number, "wait")
+        assert self.robot.done.get(timeout=TIMEOUT) == "wait"
+        return self
+
     def ask(self, number: int, action: str, actuator: str = "robot", run: str = RUN) -> str:
         self.begin(number, action, actuator, run)
         answered, value = self.answers.get(timeout=TIMEOUT)
@@ -133,9 +139,7 @@ def test_a_token_is_done_once(robot: Robot, start: Start, store: str) -> None:
 
 
 def test_a_token_that_comes_again_while_it_is_done(robot: Robot, start: Start) -> None:
-    sent = start()
-    sent.begin(1, "wait")
-    assert robot.done.get(timeout=TIMEOUT) == "wait"
+    sent = start().wait(1)
     for _ in range(3):
         sent.begin(1, "wait")
     assert sent.ask(2, "go(c3)", "arm") == "success"
@@ -147,9 +151,7 @@ def test_a_token_that_comes_again_while_it_is_done(robot: Robot, start: Start) -
 
 
 def test_a_later_token_replaces_an_action(robot: Robot, start: Start) -> None:
-    sent = start()
-    sent.begin(1, "wait")
-    assert robot.done.get(timeout=TIMEOUT) == "wait"
+    sent = start().wait(1)
     assert sent.ask(2, "go(c3)") == "success"
     sent.begin(1, "wait")
     assert sent.ask(2, "go(c3)") == "success"
@@ -157,9 +159,7 @@ def test_a_later_token_replaces_an_action(robot: Robot, start: Start) -> None:
 
 
 def test_an_action_that_is_to_stop(robot: Robot, start: Start) -> None:
-    sent = start()
-    sent.begin(1, "wait")
-    assert robot.done.get(timeout=TIMEOUT) == "wait"
+    sent = start().wait(1)
     sent.begin(1, "wait", aborted=True)
     assert sent.answers.get(timeout=TIMEOUT) == (1, "failure")
     sent.begin(2, "go(c3)", aborted=True)  # it was late
@@ -169,9 +169,7 @@ def test_an_action_that_is_to_stop(robot: Robot, start: Start) -> None:
 
 def test_what_another_node_does(robot: Robot, start: Start) -> None:
     robot.leaves_unknown = True
-    sent = start()
-    sent.begin(1, "wait")
-    assert robot.done.get(timeout=TIMEOUT) == "wait"
+    sent = start().wait(1)
     sent.begin(2, "deliver(1)")  # ends what is done here
     assert sent.ask(3, "go(c3)") == "success"
     for _ in range(2):

@@ -33,6 +33,11 @@ def start() -> Start:
     return start_at
 
 
+@pytest.fixture
+def simulation(start: Start) -> Simulation:
+    return start()
+
+
 def run(simulation: Simulation, seconds: float = 120.0) -> List[Tuple[float, float]]:
     """Runs until the goal has ended or the time is over, and returns where the robot was."""
     end = simulation.time + seconds
@@ -83,16 +88,14 @@ def test_tolerances_and_speed_are_settings(start: Start) -> None:
     assert exact.physics.pose.theta == pytest.approx(EAST.theta, abs=0.06)
 
 
-def test_a_goal_nearby_takes_no_drive(start: Start) -> None:
-    simulation = start()
+def test_a_goal_nearby_takes_no_drive(simulation: Simulation) -> None:
     simulation.move_base.start(Pose(0.1, 0.5, 3))
     run(simulation)
     assert outcome(simulation).end is End.SUCCEEDED
     assert simulation.physics.pose.distance(WEST) == 0
 
 
-def test_without_a_path_it_gives_up_at_once(start: Start) -> None:
-    simulation = start()
+def test_without_a_path_it_gives_up_at_once(simulation: Simulation) -> None:
     simulation.move_base.start(Pose(5.15, 2.15, 0))
     run(simulation)
     assert outcome(simulation).end is End.ABORTED
@@ -100,8 +103,7 @@ def test_without_a_path_it_gives_up_at_once(start: Start) -> None:
     assert simulation.physics.pose == WEST
 
 
-def test_it_gives_up_at_a_box_that_closes_the_door(start: Start) -> None:
-    simulation = start()
+def test_it_gives_up_at_a_box_that_closes_the_door(simulation: Simulation) -> None:
     simulation.physics.put("box", Box(3.1, 0.5, 0, 0.4, 0.9))
     simulation.move_base.start(EAST)
     run(simulation)
@@ -110,8 +112,7 @@ def test_it_gives_up_at_a_box_that_closes_the_door(start: Start) -> None:
     settle(simulation)
 
 
-def test_it_goes_around_a_box_that_comes_while_it_drives(start: Start) -> None:
-    simulation = start()
+def test_it_goes_around_a_box_that_comes_while_it_drives(simulation: Simulation) -> None:
     simulation.move_base.start(EAST)
     run(simulation, 3)
     box = Box(2.0, 0.5, 0.3, 0.3, 0.8)
@@ -121,8 +122,7 @@ def test_it_goes_around_a_box_that_comes_while_it_drives(start: Start) -> None:
     assert min(gap(x, y, [box]) for x, y in places) > RADIUS
 
 
-def test_it_stops_before_a_box_right_in_front_of_it(start: Start) -> None:
-    simulation = start()
+def test_it_stops_before_a_box_right_in_front_of_it(simulation: Simulation) -> None:
     simulation.move_base.start(EAST)
     while simulation.physics.pose.x < 2.2:
         simulation.step()
@@ -132,8 +132,9 @@ def test_it_stops_before_a_box_right_in_front_of_it(start: Start) -> None:
     assert simulation.physics.pose.x < 2.8 - RADIUS
 
 
-def test_a_box_that_is_gone_is_no_trouble_once_the_costmap_is_cleared(start: Start) -> None:
-    simulation = start()
+def test_a_box_that_is_gone_is_no_trouble_once_the_costmap_is_cleared(
+    simulation: Simulation,
+) -> None:
     simulation.physics.put("box", Box(3.1, 0.5, 0, 0.4, 0.9))
     simulation.move_base.start(EAST)
     run(simulation)
@@ -144,8 +145,7 @@ def test_a_box_that_is_gone_is_no_trouble_once_the_costmap_is_cleared(start: Sta
     assert outcome(simulation).end is End.SUCCEEDED
 
 
-def test_without_progress_it_gives_up_in_time(start: Start) -> None:
-    simulation = start()
+def test_without_progress_it_gives_up_in_time(simulation: Simulation) -> None:
     simulation.move_base.start(EAST)
     simulation.physics.step = lambda *_: None  # type: ignore[method-assign] - stuck wheels
     run(simulation, 60)
@@ -154,8 +154,7 @@ def test_without_progress_it_gives_up_in_time(start: Start) -> None:
     assert simulation.time == pytest.approx(TIMEOUT, abs=0.2)
 
 
-def test_a_cancelled_goal_stops_it(start: Start) -> None:
-    simulation = start()
+def test_a_cancelled_goal_stops_it(simulation: Simulation) -> None:
     simulation.move_base.start(EAST)
     run(simulation, 3)
     simulation.move_base.cancel()
@@ -166,8 +165,7 @@ def test_a_cancelled_goal_stops_it(start: Start) -> None:
     assert outcome(simulation).end is End.PREEMPTED
 
 
-def test_a_new_goal_takes_the_place_of_the_old_one(start: Start) -> None:
-    simulation = start()
+def test_a_new_goal_takes_the_place_of_the_old_one(simulation: Simulation) -> None:
     simulation.move_base.start(EAST)
     run(simulation, 4)
     simulation.move_base.start(Pose(0, 3, 0))
@@ -177,8 +175,9 @@ def test_a_new_goal_takes_the_place_of_the_old_one(start: Start) -> None:
     assert max(x for x, _ in places) < 3
 
 
-def test_commands_count_for_half_a_second_and_not_while_there_is_a_goal(start: Start) -> None:
-    simulation = start()
+def test_commands_count_for_half_a_second_and_not_while_there_is_a_goal(
+    simulation: Simulation,
+) -> None:
     assert simulation.drive((0.3, 0.0))
     for _ in range(10):
         simulation.step()
@@ -190,8 +189,7 @@ def test_commands_count_for_half_a_second_and_not_while_there_is_a_goal(start: S
     assert outcome(simulation).end is End.SUCCEEDED
 
 
-def test_the_laser_looks_only_when_it_is_of_use(start: Start) -> None:
-    simulation = start()
+def test_the_laser_looks_only_when_it_is_of_use(simulation: Simulation) -> None:
     simulation.step()
     assert simulation.scan is None
     simulation.is_watched = lambda: True
