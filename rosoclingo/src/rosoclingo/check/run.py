@@ -20,7 +20,7 @@ from rosoclingo.desk.inputs import MESSAGE
 from rosoclingo.desk.parts import Parts, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Entry, Event, Status
+from rosoclingo.loop.journal import Event, Status
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.atoms import Action, event
 from rosoclingo.loop.words import BUSY, SUCCESS
