@@ -21,6 +21,7 @@ from soak_trends import Sample, Trend
 from soak_watch import SoakWatch
 
 _STYLES = (
+    SHARED_FILES / "base.css",
     SHARED_FILES / "lanes.css",
     Path(rosoclingo.bags.report.__file__).parent / "html" / "page.css",
 )

@@ -47,7 +47,7 @@ def test_the_report_draws_with_the_same_files() -> None:
 
     async def check() -> None:
         async with console() as one:
-            for name in ("elements.js", "times.js", "lanes.js", "lanes.css"):
+            for name in ("elements.js", "times.js", "lanes.js", "lanes.css", "base.css"):
                 text = await (await one.client.get(f"/page/{name}")).text()
                 assert re.sub("^(import .*\n|export )", "", text, flags=re.MULTILINE) in report
 

@@ -23,7 +23,7 @@ _SCRIPTS = (  # each after those that it imports
     *(SHARED_FILES / name for name in ("elements.js", "times.js", "lanes.js")),
     *(_FOLDER / name for name in ("data.js", "timeline.js", "tables.js")),
 )
-_STYLES = (SHARED_FILES / "lanes.css", _FOLDER / "page.css")
+_STYLES = (SHARED_FILES / "base.css", SHARED_FILES / "lanes.css", _FOLDER / "page.css")
 _MODULE = re.compile(r"^(?:import [^;]*;\n|export )", re.MULTILINE)
 _HASH_DIGITS = 8  # of a file's SHA-256
 _DECIMALS = 4  # of seconds
