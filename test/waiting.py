@@ -8,6 +8,9 @@ from typing import Any, Callable
 TIMEOUT = 180.0  # seconds of wall time; no more than a bound for what never comes
 POLL = 0.05  # seconds; conditions that ask a ROS master take some milliseconds
 
+Within = Callable[[float, Callable[[], Any]], Any]
+"""Calls a function and returns its value, but fails if that takes too long, in seconds."""
+
 
 def wait_for(
     condition: Callable[[], Any],

@@ -11,16 +11,13 @@ from typing import Any, Callable, List
 
 import pytest
 from hypothesis import settings
+from waiting import Within
 
 import rosclingo
 
 # How long an example takes says nothing here, because clingo and the garbage collector share it.
 settings.register_profile("rosclingo", deadline=None, database=None)
 settings.load_profile("rosclingo")
-
-
-Within = Callable[[float, Callable[[], Any]], Any]
-"""Calls a function and returns its value, but fails if that takes too long, in seconds."""
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, List, Sequence, Tuple
 
 import pytest
 from clingo import ast
-from conftest import Within
+from waiting import Within
 
 from rosclingo.errors import (
     OptionsError,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Callable, List, Tuple
 
 import pytest
-from conftest import Within
+from waiting import Within
 
 from rosclingo.errors import (
     ForbiddenError,

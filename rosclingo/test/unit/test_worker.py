@@ -6,7 +6,7 @@ import threading
 from typing import Iterator, List, Optional, Sequence
 
 import pytest
-from conftest import Within
+from waiting import Within
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options

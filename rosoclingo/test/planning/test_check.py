@@ -87,7 +87,7 @@ READ: Dict[str, Tuple[str, ...]] = {
     "hospital": tuple(
         str(ASP / "hospital" / name) for name in ("instances/small.lp", "hospital.lp")
     ),
-    **{name: (str(HERE / f"{name}.lp"),) for name in ("courier", "blocks", "transport")},
+    **{name: (str(HERE / f"{name}.lp"),) for name in ("courier", "blocks", "power", "transport")},
 }  # fmt: skip
 NO_PLANNERS = {
     TOWER / "toh.lp",  # has all steps at once

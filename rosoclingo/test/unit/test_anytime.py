@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Callable, List, Optional, Sequence
 
 import pytest
-from conftest import PACKAGE, System
+from conftest import PACKAGE, Make, System
 from replay_maker import run_of
 from test_replay_inbox import Session, replay, replay_alike
 
@@ -119,7 +119,7 @@ def test_at_the_desk_patience_is_the_end() -> None:
     assert not all(plan.is_best for plan in events(run.journal, PlanFound))
 
 
-def test_without_patience_nothing_is_looked_for(system: Callable[..., System]) -> None:
+def test_without_patience_nothing_is_looked_for(system: Make) -> None:
     """Nor while nobody acts, or by an encoding that has not opted in."""
     run = simulation("recording", AT_ONCE)
     assert not improve(run.loop.state)
@@ -180,9 +180,7 @@ def test_who_does_not_answer_is_seen_in_the_search() -> None:
 
 
 @pytest.mark.costly
-def test_the_search_is_kept_in_a_replay(
-    system: Callable[..., System], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_search_is_kept_in_a_replay(system: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     """With answers that come while it is looked for a better plan, and goals.
 
     The solver of the replay finds other plans of the same cost.
@@ -211,7 +209,7 @@ LINEN = [f"linen(ward_{ward},bags({bags}))" for ward in "abcd" for bags in (1, 2
 
 @pytest.mark.costly
 @pytest.mark.parametrize("mode", MODES)
-def test_searches_in_layers_are_kept_in_a_replay(system: Callable[..., System], mode: str) -> None:
+def test_searches_in_layers_are_kept_in_a_replay(system: Make, mode: str) -> None:
     def make(inbox: Inbox, *options: str) -> System:
         name, steps = f"dynamic.incremental.{mode}", ("-c", "steps=400")
         made = system(name, *steps, encoding=[*HOSPITAL, *options], inbox=inbox)
@@ -223,34 +221,15 @@ def test_searches_in_layers_are_kept_in_a_replay(system: Callable[..., System], 
     replay_otherwise(make, recorded, 3, SearchEnded, PlanFound)
 
 
-POWER = """
-#include "{actions}".
-#program base.
-number(power,3).
-initially(power,1).
-initially((lamp;bell),off).
-action(arm,(light;ring)).
-uses(arm,light,power,2).
-sets(arm,light,lamp,on).
-sets(arm,ring,bell,on).
-request((shine;call)).
-wants(shine,lamp,on).
-wants(call,bell,on).
-says(power(N),power,N) :- N = 0..3.
-"""
-
-
 @pytest.mark.costly
 def test_a_search_in_layers_that_is_interrupted_is_kept_in_a_replay(
-    system: Callable[..., System], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    system: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """There is no power for the first goal, until a message comes; the second one interrupts."""
     monkeypatch.setattr(layers, "_MOST_SECONDS", 120.0)
     monkeypatch.setattr(layers, "_MORE_SECONDS", 0.1)
     monkeypatch.setattr(layers, "_MOST_LAYERS", 10_000)
-    encoding = tmp_path / "power.lp"
-    library = MAILBOT.parent / "lib" / "actions.lp"
-    encoding.write_text(POWER.format(actions=library), encoding="utf-8")
+    encoding = MAILBOT.parent / "test" / "planning" / "power.lp"
 
     def make(inbox: Inbox, *options: str) -> System:
         name, steps = "dynamic.incremental.dyn_reset", ("-c", "steps=400")
@@ -299,7 +278,7 @@ met(ID,t) :- wants(ID,t), ID = #min { I : wants(I,t) }, do(r,_,t), not event(r,f
 @pytest.mark.costly
 @pytest.mark.parametrize("is_plain", [True, False], ids=["plain", "on demand"])
 def test_what_several_threads_find_is_kept_in_a_replay(
-    system: Callable[..., System], tmp_path: Path, is_plain: bool
+    system: Make, tmp_path: Path, is_plain: bool
 ) -> None:
     """Without patience; the solver of the replay has one thread, and finds other plans."""
     (tmp_path / "any.lp").write_text(ANY_OF_MANY)
@@ -316,9 +295,7 @@ def test_what_several_threads_find_is_kept_in_a_replay(
     replay_otherwise(make, recorded, 1, SearchEnded, PlanFound)
 
 
-def test_a_search_with_one_thread_is_not_noted(
-    system: Callable[..., System], tmp_path: Path
-) -> None:
+def test_a_search_with_one_thread_is_not_noted(system: Make, tmp_path: Path) -> None:
     (tmp_path / "any.lp").write_text(ANY_OF_MANY)
     mode = "dynamic.incremental.recording"
     run = system(mode, "-c", "steps=80", encoding=[str(tmp_path / "any.lp")])
@@ -362,9 +339,7 @@ def record(
     return list(run.entries)
 
 
-def replay_otherwise(
-    make: Callable[..., System], recorded: Sequence[Entry], seed: int, *same: Any
-) -> None:
+def replay_otherwise(make: Make, recorded: Sequence[Entry], seed: int, *same: Any) -> None:
     """Replays a run with a solver that finds other plans; it and kinds of events are the same."""
     inbox = ReplayInbox(decode(encode(input_schedule(Run(recorded)))))
     again = replay_alike(make(inbox, "--rand-freq=1", "--seed=7"), recorded, seed)
@@ -436,9 +411,7 @@ def test_finished_searches_of_another_program() -> None:
     assert known.text == ""
 
 
-def test_a_changed_encoding_is_put_to_the_test(
-    system: Callable[..., System], tmp_path: Path
-) -> None:
+def test_a_changed_encoding_is_put_to_the_test(system: Make, tmp_path: Path) -> None:
     """In a replay with patience, too: the robot goes another way there."""
     text = (PACKAGE / "example/line.lp").read_text() + "#minimize { 1,R,A,t : do(R,A,t) }.\n"
     texts = {"old.lp": text, "new.lp": text + ":- do(robot,go(2),1).\n"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Dict, List
+from typing import Dict, List, Sequence
 
 import pytest
 from test_actions import ACTIONS, World
@@ -95,24 +95,17 @@ def test_what_is_unknown_waits_for_a_message(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("message", "done"), [("seen(on)", []), ("seen(off)", ["press"]), ("seen(blue)", ["press"])]
-)
-def test_says(message: str, done: List[str], tmp_path: Path) -> None:
-    """A message that an encoding does not know changes nothing."""
+    ("values", "done"), [(["on"], []), (["off"], ["press"]), (["blue"], ["press"]),
+                         (["on", "off"], ["press"])],
+)  # fmt: skip
+def test_says(values: List[str], done: List[str], tmp_path: Path) -> None:
+    """A message that an encoding does not know changes nothing, nor do two that differ."""
     task = Task(tmp_path, f"{LAMP} says(seen(X),lamp,X) :- X = (on;off).")
-    task.tell("info", message)
+    for value in values:
+        task.tell("info", f"seen({value})")
     task.go_on()
     assert words(task.meet("light")) == ["succeeded"]
     assert task.done == done
-
-
-def test_two_messages_that_differ_say_nothing(tmp_path: Path) -> None:
-    task = Task(tmp_path, f"{LAMP} says(seen(X),lamp,X) :- X = (on;off).")
-    for message in ("seen(on)", "seen(off)"):
-        task.tell("info", message)
-    task.go_on()
-    assert words(task.meet("light")) == ["succeeded"]
-    assert task.done == ["press"]
 
 
 JOBS = """
@@ -174,22 +167,23 @@ request(visit(V)) :- V = 0..4. wants(visit(V),at(robot),V) :- V = 0..4.
 """
 
 
-@pytest.mark.costly
-@pytest.mark.parametrize(("reserves", "charges"), [("", 0), ("reserves(robot,battery).", 1)])
-def test_reserves(reserves: str, charges: int, tmp_path: Path) -> None:
-    """It can always get back to where it is charged; else it goes on as long as it can."""
-    task = Task(tmp_path, MAP + reserves)
-    for place in (2, 1, 2):
-        assert words(task.meet(f"visit({place})")) == ["succeeded"]
-    assert task.done.count("charge") == charges
+RESERVES, LONG = "reserves(robot,battery).", "length(0,1,2)."
 
 
 @pytest.mark.costly
-@pytest.mark.parametrize(("length", "charges"), [("", 0), ("length(0,1,2).", 1)])
-def test_a_long_way_drains_more(length: str, charges: int, tmp_path: Path) -> None:
-    """A way takes as much as was planned: a battery for 4 is empty after two ways of length 2."""
-    task = Task(tmp_path, MAP + length)
-    for place in (1, 0, 1):
+@pytest.mark.parametrize(
+    ("facts", "places", "charges"),
+    [("", (2, 1, 2), 0), (RESERVES, (2, 1, 2), 1), ("", (1, 0, 1), 0), (LONG, (1, 0, 1), 1)],
+)
+def test_reserves_and_lengths(
+    facts: str, places: Sequence[int], charges: int, tmp_path: Path
+) -> None:
+    """It can always get back to where it is charged; else it goes on as long as it can.
+
+    A way takes as much as was planned: a battery for 4 is empty after two ways of length 2.
+    """
+    task = Task(tmp_path, MAP + facts)
+    for place in places:
         assert words(task.meet(f"visit({place})")) == ["succeeded"]
     assert task.done.count("charge") == charges
 

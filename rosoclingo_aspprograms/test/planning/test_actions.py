@@ -249,6 +249,13 @@ def test_a_random_episode_in_the_hospital(seed: int, tmp_path: Path) -> None:
 HERE = Path(__file__).parent
 
 
+def write(folder: Path, text: str) -> str:
+    """Writes an encoding for the library, and returns its file."""
+    file = folder / "encoding.lp"
+    file.write_text(text.format(actions=ACTIONS), encoding="utf-8")
+    return str(file)
+
+
 def _world(encoding: str, *requests: str) -> World:
     world = World(DYN_RESET, [str(HERE / encoding)])
     goals = [world.request(text) for text in requests]
@@ -290,15 +297,11 @@ wants(both,lamp,on).
 @pytest.mark.costly
 def test_a_number_has_to_be_large_enough(tmp_path: Path) -> None:
     """As light leaves too little to look with, it waits until that is done, or it charges first."""
-    encoding = tmp_path / "numbers.lp"
-    encoding.write_text(NUMBERS.format(actions=ACTIONS), encoding="utf-8")
-    world = _world(str(encoding), "both")
-    assert world.done == ["look", "light"]
-    world = _world(str(encoding), "both", "see")
-    assert world.done == ["look", "light"]
-    dark = encoding.read_text(encoding="utf-8").replace("(power,9)", "(power,5)")
-    encoding.write_text(dark, encoding="utf-8")
-    assert _world(str(encoding), "see").done == ["light", "charge", "look"]
+    encoding = write(tmp_path, NUMBERS)
+    for requests in (["both"], ["both", "see"]):
+        assert _world(encoding, *requests).done == ["look", "light"]
+    dark = write(tmp_path, NUMBERS.replace("(power,9)", "(power,5)"))
+    assert _world(dark, "see").done == ["light", "charge", "look"]
 
 
 LIFT = """
@@ -328,39 +331,18 @@ open(n,k) :- planned(k), not finished(n-1,k), not fixed(k), not newer(k).
 
 def test_what_is_so_already_is_not_done_again(tmp_path: Path) -> None:
     """The lift is called to where it is, or twice, in the layers; no plan has that."""
-    encoding = tmp_path / "lift.lp"
-    encoding.write_text(LIFT.format(actions=ACTIONS), encoding="utf-8")
-    assert _world(str(encoding), "go").done == ["enter", "call(first)", "leave"]
-
-
-POWER = """
-#include "{actions}".
-#program base.
-number(power,3).
-initially(power,1).
-initially((lamp;bell),off).
-action(arm,(light;ring)).
-uses(arm,light,power,2).
-sets(arm,light,lamp,on).
-sets(arm,ring,bell,on).
-request((shine;call)).
-wants(shine,lamp,on).
-wants(call,bell,on).
-says(power(N),power,N) :- N = 0..3.
-"""
+    assert _world(write(tmp_path, LIFT), "go").done == ["enter", "call(first)", "leave"]
 
 
 @pytest.mark.costly
 @pytest.mark.parametrize("requests", [["shine"], ["shine", "call"]])
 def test_what_is_impossible_waits_for_news(
-    requests: List[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    requests: List[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also if that shows only in the search, and whatever else is asked for is done meanwhile."""
     monkeypatch.setattr(layers, "_MOST_SECONDS", 0.5 if requests == ["shine"] else 60.0)
     monkeypatch.setattr(layers, "_MORE_SECONDS", 0.1)
-    encoding = tmp_path / "power.lp"
-    encoding.write_text(POWER.format(actions=ACTIONS), encoding="utf-8")
-    world = World(DYN_RESET, [str(encoding)])
+    world = World(DYN_RESET, [str(HERE / "power.lp")])
     goals = [world.request(text) for text in requests]
     assert world.run() is None
     assert [goal.words[-1] for goal in goals] == ["accepted", "succeeded"][: len(goals)]
@@ -390,10 +372,8 @@ wants(light,lamp,on).
 @pytest.mark.parametrize("seed", range(3))
 def test_only_what_serves_is_done(seed: int, tmp_path: Path) -> None:
     """The solver, which decides at random here, has all robots fetch a tool; one of them has to."""
-    encoding = tmp_path / "tools.lp"
-    encoding.write_text(TOOLS.format(actions=ACTIONS), encoding="utf-8")
     options = ["--heuristic=Vsids", "--rand-freq=1", f"--seed={seed}", "--sign-def=rnd"]
-    world = World(DYN_RESET, [str(encoding)], options)
+    world = World(DYN_RESET, [write(tmp_path, TOOLS)], options)
     world.request("light")
     assert world.run() is None
     assert world.done == ["fetch", "press"]
@@ -417,9 +397,7 @@ says(opened,door,open).
 def test_a_value_that_must_not_be(opens: bool, tmp_path: Path) -> None:
     """Also if nobody can change it, or somebody has to before."""
     opener = "action(boy,open). sets(boy,open,door,open)." if opens else ""
-    encoding = tmp_path / "door.lp"
-    encoding.write_text(DOOR.format(actions=ACTIONS) + opener, encoding="utf-8")
-    world = World(DYN_RESET, [str(encoding)])
+    world = World(DYN_RESET, [write(tmp_path, DOOR + opener)])
     goal = world.request("call")
     assert world.run() is None
     assert world.done == (["open", "press"] if opens else [])

@@ -42,6 +42,13 @@ class Robot(System):
         self.answer("mailbot", step if isinstance(step, str) else SUCCESS)
         return True
 
+    def hear(self, *values: str) -> None:
+        """Somebody says something, and nothing more of the script comes."""
+        self.script.clear()
+        for value in values:
+            self.tell("info", value)
+        assert self.run() is None
+
     @property
     def done(self) -> List[str]:
         return [action for _, action in self.published]
@@ -113,9 +120,7 @@ def test_wheels_that_are_stuck_until_somebody_comes(mode: str) -> None:
     assert robot.shown("certain") == ["certain(stuck(mailbot,1))"]
     assert robot.blocked == []
     assert robot.goals[0].lines.count("probably the wheels of mailbot are stuck") == 1
-    robot.script.clear()
-    robot.tell("info", "at(mailbot,open1)")
-    assert robot.run() is None
+    robot.hear("at(mailbot,open1)")
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 
@@ -132,13 +137,9 @@ def test_a_robot_is_lost_no_longer_than_that_is_believed() -> None:
     """It was believed to be stuck, and then people say that ways are blocked."""
     robot = bring(RECORDING, FAILURE, FREE, FAILURE, FREE, FAILURE, FREE, FAILURE, FREE, FAILURE)
     assert robot.shown("certain") == ["certain(stuck(mailbot,1))"]
-    robot.script.clear()
     for value in ("blocked(c1,open1)", "blocked(c6,open1)", "unblocked(c1,open1)"):
-        robot.tell("info", value)
-        assert robot.run() is None
-    robot.tell("info", "unblocked(c6,open1)")
-    robot.tell("info", "at(mailbot,open1)")
-    assert robot.run() is None
+        robot.hear(value)
+    robot.hear("unblocked(c6,open1)", "at(mailbot,open1)")
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 
@@ -164,8 +165,7 @@ def test_a_belief_is_taken_back_when_something_speaks_against_it() -> None:
     robot = bring(RECORDING, FAILURE, FAILURE, options=["-c", "looks=0"])
     assert robot.shown("belief")[:1] == ["belief(1,4,blocked(c1,open1,1))"]
     assert robot.blocked == ["blocked(c1,open1)"]
-    robot.tell("info", "unblocked(c1,open1)")
-    assert robot.run() is None
+    robot.hear("unblocked(c1,open1)")
     assert robot.blocked == []
 
 
@@ -205,9 +205,7 @@ def test_a_gripper_that_is_broken_aborts_no_goal() -> None:
     robot = bring(DYN_RESET, SUCCESS, SUCCESS, FAILURE, there, FAILURE, there, FAILURE)
     assert any("gripper" in text for text in robot.shown("certain"))
     assert robot.goals[0].words == ["accepted"]
-    robot.script.clear()
-    robot.tell("info", "at(mailbot,o1)")
-    assert robot.run() is None
+    robot.hear("at(mailbot,o1)")
     assert robot.goals[0].words == ["accepted", "succeeded"]
 
 

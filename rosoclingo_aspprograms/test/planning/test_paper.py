@@ -15,7 +15,8 @@ from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import DeskSimulation
 
 
-def _office() -> Episode:
+@pytest.fixture
+def episode() -> Episode:
     return Episode(SINGLE, InstanceMap.read(Path(OFFICE)), [OFFICE, PAPER])
 
 
@@ -25,8 +26,7 @@ def _run(episode: Episode, turn: Optional[Callable[[], bool]] = None) -> None:
 
 
 @pytest.mark.costly
-def test_scenario_1() -> None:
-    episode = _office()
+def test_scenario_1(episode: Episode) -> None:
     episode.announce("blocked(c3,c4)")
     goal = episode.request("bring(o9,o14)")
     _run(episode)
@@ -37,8 +37,7 @@ def test_scenario_1() -> None:
 
 
 @pytest.mark.costly
-def test_scenario_2() -> None:
-    episode = _office()
+def test_scenario_2(episode: Episode) -> None:
     episode.announce("blocked(c3,c4)")
     episode.request("bring(o9,o14)")
 
@@ -54,8 +53,7 @@ def test_scenario_2() -> None:
 
 
 @pytest.mark.costly
-def test_scenario_3() -> None:
-    episode = _office()
+def test_scenario_3(episode: Episode) -> None:
     goals = [episode.request("bring(o7,o11)")]
 
     def answer(action: str) -> str:
@@ -73,8 +71,7 @@ def test_scenario_3() -> None:
 
 
 @pytest.mark.costly
-def test_a_package_on_the_robot_goes_back() -> None:
-    episode = _office()
+def test_a_package_on_the_robot_goes_back(episode: Episode) -> None:
     goal = episode.request("bring(o1,o3)")
 
     def answer(action: str) -> None:
@@ -87,8 +84,7 @@ def test_a_package_on_the_robot_goes_back() -> None:
 
 
 @pytest.mark.costly
-def test_a_package_that_is_not_picked_up_stays() -> None:
-    episode = _office()
+def test_a_package_that_is_not_picked_up_stays(episode: Episode) -> None:
     goals = [episode.request("bring(o1,o3)")]
 
     def answer(action: str) -> None:
@@ -102,9 +98,8 @@ def test_a_package_that_is_not_picked_up_stays() -> None:
 
 
 @pytest.mark.costly
-def test_failures() -> None:
+def test_failures(episode: Episode) -> None:
     """A hand that fails tries again; a way that fails is gone round until it is free."""
-    episode = _office()
     goal = episode.request("bring(o1,o2)")
     failing = ["pickup(o1,o2)", "deliver(o1,o2)"]
 
@@ -122,8 +117,7 @@ def test_failures() -> None:
 
 
 @pytest.mark.costly
-def test_one_of_two_requests_for_the_same_package_is_cancelled() -> None:
-    episode = _office()
+def test_one_of_two_requests_for_the_same_package_is_cancelled(episode: Episode) -> None:
     goals = [episode.request("bring(o1,o3)"), episode.request("bring(o1,o3)")]
 
     def answer(action: str) -> None:
@@ -136,8 +130,7 @@ def test_one_of_two_requests_for_the_same_package_is_cancelled() -> None:
 
 
 @pytest.mark.costly
-def test_a_package_on_its_way_back_is_requested_again() -> None:
-    episode = _office()
+def test_a_package_on_its_way_back_is_requested_again(episode: Episode) -> None:
     goals = [episode.request("bring(o1,o2)")]
 
     def answer(action: str) -> None:

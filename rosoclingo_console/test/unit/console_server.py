@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import functools
+import inspect
 import json
 import threading
 from typing import Any, AsyncIterator, Callable, Coroutine, Dict, List, Tuple
@@ -126,6 +128,27 @@ async def console(**rules: Any) -> AsyncIterator[Console]:
             server.close()
 
 
-def run(test: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    """Runs a test that is a coroutine."""
-    asyncio.run(test())
+def awaited(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+    """Makes a test of a coroutine."""
+
+    @functools.wraps(test)
+    def call(*arguments: Any, **named: Any) -> None:
+        asyncio.run(test(*arguments, **named))
+
+    return call
+
+
+def with_console(**rules: Any) -> Callable[..., Callable[..., None]]:
+    """Makes a test of a coroutine, which has a console as its first argument."""
+
+    def make(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+        async def call(**named: Any) -> None:
+            async with console(**rules) as one:
+                await test(one, **named)
+
+        made = awaited(functools.update_wrapper(call, test))
+        _, *others = inspect.signature(test).parameters.values()
+        made.__signature__ = inspect.Signature(others)  # type: ignore[attr-defined]
+        return made
+
+    return make

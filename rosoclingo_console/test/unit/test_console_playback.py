@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Dict
 
 import pytest
-from console_server import run, until
+from console_server import awaited, until
 
 from rosoclingo.bags.model import FeedbackLine, Recording
 from rosoclingo.bags.read.reader import read_recording
@@ -118,32 +118,30 @@ def test_what_goals_were_told_and_what_the_plan_costs() -> None:
     assert shown(playback, 2.0)["tables"]["run"]["run"]["quality"] == "3 7, the best"
 
 
-def test_a_player() -> None:
-    async def check() -> None:
-        player = Player(entries(journal.GoalArrived("g", "visit(2)"), journal.LoopWaits()))
-        player.hub.start(asyncio.get_event_loop())
-        player.start()
-        name = "/rosoclingo"
+@awaited
+async def test_a_player() -> None:
+    player = Player(entries(journal.GoalArrived("g", "visit(2)"), journal.LoopWaits()))
+    player.hub.start(asyncio.get_event_loop())
+    player.start()
+    name = "/rosoclingo"
 
-        def goals() -> Any:
-            return player.hub.models[name].snapshot()["tables"].get("goals", {})
+    def goals() -> Any:
+        return player.hub.models[name].snapshot()["tables"].get("goals", {})
 
-        await until(goals)
-        assert player.clock() == {"now": 2.0, "ros": 2.0, "rate": 0.0}
-        assert player.play(False, -5.0, 1.0).done
-        await until(lambda: player.clock()["now"] == 0.0 and not goals())
-        assert player.play(True, 0.0, 20.0).done
-        await until(goals)
-        await until(lambda: player.clock()["rate"] == 0.0)
-        assert player.clock()["now"] == 2.0
-        for refused in (
-            player.control(name, Control.PAUSE, "", ""), player.send_goal(name, "visit(2)", ()),
-            player.send_message(name, "info", "close(2)"),
-            player.cancel(name, "g"), player.ask(name, "plan", ()), player.record(name, True),
-        ):  # fmt: skip
-            assert not refused.done
-
-    run(check)
+    await until(goals)
+    assert player.clock() == {"now": 2.0, "ros": 2.0, "rate": 0.0}
+    assert player.play(False, -5.0, 1.0).done
+    await until(lambda: player.clock()["now"] == 0.0 and not goals())
+    assert player.play(True, 0.0, 20.0).done
+    await until(goals)
+    await until(lambda: player.clock()["rate"] == 0.0)
+    assert player.clock()["now"] == 2.0
+    for refused in (
+        player.control(name, Control.PAUSE, "", ""), player.send_goal(name, "visit(2)", ()),
+        player.send_message(name, "info", "close(2)"),
+        player.cancel(name, "g"), player.ask(name, "plan", ()), player.record(name, True),
+    ):  # fmt: skip
+        assert not refused.done
 
 
 @pytest.mark.parametrize(

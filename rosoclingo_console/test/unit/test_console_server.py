@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from console_server import SYSTEM, TOKEN, closed, console, hear, run, until
+from console_server import SYSTEM, TOKEN, Console, closed, hear, until, with_console
 
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.page import render
@@ -23,35 +23,29 @@ from rosoclingo_console.web.server import HEADERS
 EVIL = "http://evil.example"
 
 
-def test_the_page_and_its_files() -> None:
-    async def check() -> None:
-        async with console() as one:
-            page = await one.client.get("/")
-            text = await page.text()
-            assert page.content_type == "text/html"
-            for word in ("<style", "style=", "onclick", "onload", "http://", "https://"):
-                assert word not in text
-            names = [part.split('"')[0] for part in text.split('"/page/')[1:]]
-            assert {"main.js", "page.css", "icon.svg"} <= set(names)
-            for name in names:
-                file = await one.client.get(f"/page/{name}")
-                assert file.status == 200
-                assert {key: file.headers[key] for key in HEADERS} == dict(HEADERS)
-
-    run(check)
+@with_console()
+async def test_the_page_and_its_files(one: Console) -> None:
+    page = await one.client.get("/")
+    text = await page.text()
+    assert page.content_type == "text/html"
+    for word in ("<style", "style=", "onclick", "onload", "http://", "https://"):
+        assert word not in text
+    names = [part.split('"')[0] for part in text.split('"/page/')[1:]]
+    assert {"main.js", "page.css", "icon.svg"} <= set(names)
+    for name in names:
+        file = await one.client.get(f"/page/{name}")
+        assert file.status == 200
+        assert {key: file.headers[key] for key in HEADERS} == dict(HEADERS)
 
 
-def test_the_report_draws_with_the_same_files() -> None:
+@with_console()
+async def test_the_report_draws_with_the_same_files(one: Console) -> None:
     recording = Recording("/rosoclingo", (), {})
     report = render(recording, compute(recording), Path("run.bag"))
 
-    async def check() -> None:
-        async with console() as one:
-            for name in ("elements.js", "times.js", "lanes.js", "lanes.css", "base.css"):
-                text = await (await one.client.get(f"/page/{name}")).text()
-                assert re.sub("^(import .*\n|export )", "", text, flags=re.MULTILINE) in report
-
-    run(check)
+    for name in ("elements.js", "times.js", "lanes.js", "lanes.css", "base.css"):
+        text = await (await one.client.get(f"/page/{name}")).text()
+        assert re.sub("^(import .*\n|export )", "", text, flags=re.MULTILINE) in report
 
 
 @pytest.mark.parametrize(
@@ -59,42 +53,36 @@ def test_the_report_draws_with_the_same_files() -> None:
     ["/page/../access.py", "/page/%2e%2e/access.py", "/page/..%2faccess.py", "/page/", "/etc",
      "/do", "/do/goal/x", "/page/main.js%00", "/" + "x" * 5000],
 )  # fmt: skip
-def test_nothing_else_is_served(path: str) -> None:
-    async def check() -> None:
-        async with console() as one:
-            answer = await one.client.get(path)
-            assert answer.status == 404
-            assert answer.content_type == "application/json"
-
-    run(check)
+@with_console()
+async def test_nothing_else_is_served(one: Console, path: str) -> None:
+    answer = await one.client.get(path)
+    assert answer.status == 404
+    assert answer.content_type == "application/json"
 
 
-def test_what_an_operator_may_want() -> None:
-    async def check() -> None:
-        async with console() as one:
-            for kind, fields, wanted in (
-                ("control", {"control": "pause"}, (SYSTEM, "pause", "", "")),
-                (
-                    "control",
-                    {"control": "approve", "actuator": "r", "action": "go(1)"},
-                    (SYSTEM, "approve", "r", "go(1)"),
-                ),
-                (
-                    "goal",
-                    {"request": "visit(2)", "information": ["x"]},
-                    (SYSTEM, "visit(2)", ("x",)),
-                ),
-                ("message", {"message": "info:a( b, 1+2)"}, (SYSTEM, "info", "a(b,3)")),
-                ("message", {"message": '(goal):"x:y"'}, (SYSTEM, "goal", '"x:y"')),
-                ("cancel", {"goal": "g"}, (SYSTEM, "g")),
-                ("why", {"question": "goal", "arguments": ["1"]}, (SYSTEM, "goal", ("1",))),
-                ("record", {"on": True}, (SYSTEM, True)),
-            ):
-                status, answer = await one.do(kind, {"system": SYSTEM, **fields})
-                assert (status, answer) == (200, {"done": True, "text": "taken"})
-                assert one.operations.wanted[-1] == wanted
-
-    run(check)
+@with_console()
+async def test_what_an_operator_may_want(one: Console) -> None:
+    for kind, fields, wanted in (
+        ("control", {"control": "pause"}, (SYSTEM, "pause", "", "")),
+        (
+            "control",
+            {"control": "approve", "actuator": "r", "action": "go(1)"},
+            (SYSTEM, "approve", "r", "go(1)"),
+        ),
+        (
+            "goal",
+            {"request": "visit(2)", "information": ["x"]},
+            (SYSTEM, "visit(2)", ("x",)),
+        ),
+        ("message", {"message": "info:a( b, 1+2)"}, (SYSTEM, "info", "a(b,3)")),
+        ("message", {"message": '(goal):"x:y"'}, (SYSTEM, "goal", '"x:y"')),
+        ("cancel", {"goal": "g"}, (SYSTEM, "g")),
+        ("why", {"question": "goal", "arguments": ["1"]}, (SYSTEM, "goal", ("1",))),
+        ("record", {"on": True}, (SYSTEM, True)),
+    ):
+        status, answer = await one.do(kind, {"system": SYSTEM, **fields})
+        assert (status, answer) == (200, {"done": True, "text": "taken"})
+        assert one.operations.wanted[-1] == wanted
 
 
 @pytest.mark.parametrize(
@@ -130,55 +118,43 @@ def test_what_an_operator_may_want() -> None:
         ("control", {"system": SYSTEM, "control": "hold", "actuator": {}}, "actuator: expected"),
     ],
 )
-def test_wrong_requests(kind: str, body: Any, said: str) -> None:
-    async def check() -> None:
-        async with console() as one:
-            status, answer = await one.do(kind, body)
-            assert status == 400
-            assert answer["text"].startswith(said)
-            assert not one.operations.wanted
-
-    run(check)
+@with_console()
+async def test_wrong_requests(one: Console, kind: str, body: Any, said: str) -> None:
+    status, answer = await one.do(kind, body)
+    assert status == 400
+    assert answer["text"].startswith(said)
+    assert not one.operations.wanted
 
 
 @pytest.mark.parametrize(
     "body", [b"", b"{", b"\xff", b"[" * 50_000, b"{}" * 40_000, b'{"system": NaN']
 )
-def test_what_is_no_json(body: bytes) -> None:
-    async def check() -> None:
-        async with console() as one:
-            headers = one.headers(Content_Type="application/json")
-            answer = await one.client.post("/do/goal", data=body, headers=headers)
-            assert answer.status in (400, 413)
-            assert not (await answer.json())["done"]
-
-    run(check)
+@with_console()
+async def test_what_is_no_json(one: Console, body: bytes) -> None:
+    headers = one.headers(Content_Type="application/json")
+    answer = await one.client.post("/do/goal", data=body, headers=headers)
+    assert answer.status in (400, 413)
+    assert not (await answer.json())["done"]
 
 
-def test_a_compressed_body_is_no_request() -> None:
-    async def check() -> None:
-        async with console() as one:
-            for body in (b"x", gzip.compress(b'{"system": "/rosoclingo", "request": "a"}')):
-                headers = one.headers(Content_Type="application/json", Content_Encoding="gzip")
-                answer = await one.client.post("/do/goal", data=body, headers=headers)
-                assert answer.status == 400
-                assert (await answer.json())["text"] == "expected no Content-Encoding"
-            assert not one.operations.wanted
-
-    run(check)
+@with_console()
+async def test_a_compressed_body_is_no_request(one: Console) -> None:
+    for body in (b"x", gzip.compress(b'{"system": "/rosoclingo", "request": "a"}')):
+        headers = one.headers(Content_Type="application/json", Content_Encoding="gzip")
+        answer = await one.client.post("/do/goal", data=body, headers=headers)
+        assert answer.status == 400
+        assert (await answer.json())["text"] == "expected no Content-Encoding"
+    assert not one.operations.wanted
 
 
-def test_a_form_of_another_page_is_no_request() -> None:
-    async def check() -> None:
-        async with console() as one:
-            text = json.dumps({"system": SYSTEM, "request": "a"})
-            for kind in ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data"):
-                headers = one.headers(Content_Type=kind)
-                answer = await one.client.post("/do/goal", data=text, headers=headers)
-                assert answer.status == 400
-            assert not one.operations.wanted
-
-    run(check)
+@with_console()
+async def test_a_form_of_another_page_is_no_request(one: Console) -> None:
+    text = json.dumps({"system": SYSTEM, "request": "a"})
+    for kind in ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data"):
+        headers = one.headers(Content_Type=kind)
+        answer = await one.client.post("/do/goal", data=text, headers=headers)
+        assert answer.status == 400
+    assert not one.operations.wanted
 
 
 @pytest.mark.parametrize(
@@ -198,156 +174,130 @@ def test_a_form_of_another_page_is_no_request() -> None:
         ({"Authorization": TOKEN}, 401),
     ],
 )
-def test_requests_of_others(headers: Any, status: int) -> None:
-    async def check() -> None:
-        async with console() as one:
-            body = {"system": SYSTEM, "control": "halt"}
-            answer = await one.do("control", body, **headers)
-            assert (answer[0], answer[1]["done"]) == (status, False)
-            assert not one.operations.wanted
-            # No page of another origin may read or ask by other methods, either.
-            for method in ("OPTIONS", "GET", "PUT", "DELETE"):
-                answer = await one.client.request(
-                    method, "/do/control", headers=one.headers(**headers)
-                )
-                assert answer.status in (status, 405)
-                assert "Access-Control-Allow-Origin" not in answer.headers
-
-    run(check)
+@with_console()
+async def test_requests_of_others(one: Console, headers: Any, status: int) -> None:
+    body = {"system": SYSTEM, "control": "halt"}
+    answer = await one.do("control", body, **headers)
+    assert (answer[0], answer[1]["done"]) == (status, False)
+    assert not one.operations.wanted
+    # No page of another origin may read or ask by other methods, either.
+    for method in ("OPTIONS", "GET", "PUT", "DELETE"):
+        answer = await one.client.request(method, "/do/control", headers=one.headers(**headers))
+        assert answer.status in (status, 405)
+        assert "Access-Control-Allow-Origin" not in answer.headers
 
 
 @pytest.mark.parametrize(
     ("headers", "status"),
     [({"Origin": EVIL}, 403), ({"Origin": ""}, 403), ({"Host": "evil.example"}, 421)],
 )
-def test_live_channels_of_others(headers: Any, status: int) -> None:
-    async def check() -> None:
-        async with console() as one:
-            shake = {
-                "Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13",
-                "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
-            }  # fmt: skip
-            sent = {**one.headers(**headers), **shake}
-            answer = await one.client.get("/live", headers=sent)
-            assert answer.status == status
-
-    run(check)
+@with_console()
+async def test_live_channels_of_others(one: Console, headers: Any, status: int) -> None:
+    shake = {
+        "Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13",
+        "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+    }  # fmt: skip
+    sent = {**one.headers(**headers), **shake}
+    answer = await one.client.get("/live", headers=sent)
+    assert answer.status == status
 
 
-def test_a_read_only_console() -> None:
-    async def check() -> None:
-        async with console(read_only=True) as one:
-            for kind, fields in (
-                ("control", {"control": "halt"}),
-                ("goal", {"request": "a"}),
-                ("message", {"message": "info:a"}),
-                ("cancel", {"goal": "g"}),
-            ):
-                status, answer = await one.do(kind, {"system": SYSTEM, **fields})
-                assert (status, answer["text"]) == (403, "this console is read-only")
-            assert not one.operations.wanted
-            assert (await one.do("why", {"system": SYSTEM}))[0] == 200
-            socket = await one.live()
-            assert (await hear(socket, "hello"))["hello"] == {
-                "systems": [SYSTEM], "may_act": False, "may_ask": True, "read_only": True,
-                "recording": None,
-            }  # fmt: skip
-
-    run(check)
+@with_console(read_only=True)
+async def test_a_read_only_console(one: Console) -> None:
+    for kind, fields in (
+        ("control", {"control": "halt"}),
+        ("goal", {"request": "a"}),
+        ("message", {"message": "info:a"}),
+        ("cancel", {"goal": "g"}),
+    ):
+        status, answer = await one.do(kind, {"system": SYSTEM, **fields})
+        assert (status, answer["text"]) == (403, "this console is read-only")
+    assert not one.operations.wanted
+    assert (await one.do("why", {"system": SYSTEM}))[0] == 200
+    socket = await one.live()
+    assert (await hear(socket, "hello"))["hello"] == {
+        "systems": [SYSTEM], "may_act": False, "may_ask": True, "read_only": True,
+        "recording": None,
+    }  # fmt: skip
 
 
-def test_who_may_look_when_others_can_connect() -> None:
-    async def check() -> None:
-        async with console(sees_all=False) as one:
-            for token in ("", TOKEN[:-1], None, 3, ["x"]):
-                assert await closed(await one.live(token)) == REFUSED
-            for word in ("", "[", "[" * 2000, "3", '{"token": {}}'):
-                socket = await one.client.ws_connect("/live", headers=one.headers())
-                await socket.send_str(word)
-                assert await closed(socket) == REFUSED
-            socket = await one.client.ws_connect("/live", headers=one.headers())
-            await socket.send_bytes(b"x")
-            assert await closed(socket) == REFUSED
-            assert (await hear(await one.live(), "hello"))["hello"]["may_act"]
-            assert (await one.client.get("/metrics")).status == 401
-            assert (await one.client.get("/metrics", headers=one.headers())).status == 200
-            assert (await one.client.get("/")).status == 200  # which says nothing of the systems
-
-    run(check)
+@with_console(sees_all=False)
+async def test_who_may_look_when_others_can_connect(one: Console) -> None:
+    for token in ("", TOKEN[:-1], None, 3, ["x"]):
+        assert await closed(await one.live(token)) == REFUSED
+    for word in ("", "[", "[" * 2000, "3", '{"token": {}}'):
+        socket = await one.client.ws_connect("/live", headers=one.headers())
+        await socket.send_str(word)
+        assert await closed(socket) == REFUSED
+    socket = await one.client.ws_connect("/live", headers=one.headers())
+    await socket.send_bytes(b"x")
+    assert await closed(socket) == REFUSED
+    assert (await hear(await one.live(), "hello"))["hello"]["may_act"]
+    assert (await one.client.get("/metrics")).status == 401
+    assert (await one.client.get("/metrics", headers=one.headers())).status == 200
+    assert (await one.client.get("/")).status == 200  # which says nothing of the systems
 
 
-def test_a_word_that_is_too_long_ends_a_channel() -> None:
-    async def check() -> None:
-        async with console() as one:
-            socket = await one.client.ws_connect("/live", headers=one.headers())
-            await socket.send_str("x" * 10_000)
-            assert await closed(socket) in (1009, 1006, REFUSED)
-
-    run(check)
+@with_console()
+async def test_a_word_that_is_too_long_ends_a_channel(one: Console) -> None:
+    socket = await one.client.ws_connect("/live", headers=one.headers())
+    await socket.send_str("x" * 10_000)
+    assert await closed(socket) in (1009, 1006, REFUSED)
 
 
-def test_a_page_sees_what_there_is_and_what_changes() -> None:
-    async def check() -> None:
-        async with console() as one:
-            record = Entry(journal.GoalArrived("g", "visit(2)"), 0, 0, 1, 3.0)
-            one.hub.post(SYSTEM, lambda model: model.hear(record))
-            socket = await one.live("")
-            hello = (await hear(socket, "hello"))["hello"]
-            assert (hello["may_act"], hello["may_ask"]) == (False, False)
-            said = await hear(socket, "system")
-            while "g" not in said.get("tables", {}).get("goals", {}):
-                said = await hear(socket, "system")
-            assert said["tables"]["goals"]["g"]["request"] == "visit(2)"
-            assert await hear(socket, "beat") == {"beat": {"now": 5.0, "ros": 2.0}}
-            one.hub.post(SYSTEM, lambda model: model.tell_goal("g", "queued 7"))
-            said = await hear(socket, "system")
-            assert set(said) == {"system", "tables"}
-            assert said["tables"]["goals"]["g"]["place"] == 7
-            assert set(said["tables"]) == {"goals"}
-            await socket.close()
-            metrics = await (await one.client.get("/metrics")).text()
-            assert 'rosoclingo_goals_open{system="/rosoclingo"} 1' in metrics
-
-    run(check)
+@with_console()
+async def test_a_page_sees_what_there_is_and_what_changes(one: Console) -> None:
+    record = NumberedRecord(journal.GoalArrived("g", "visit(2)"), 0, 0, 1, 3.0)
+    one.hub.post(SYSTEM, lambda model: model.hear(record))
+    socket = await one.live("")
+    hello = (await hear(socket, "hello"))["hello"]
+    assert (hello["may_act"], hello["may_ask"]) == (False, False)
+    said = await hear(socket, "system")
+    while "g" not in said.get("tables", {}).get("goals", {}):
+        said = await hear(socket, "system")
+    assert said["tables"]["goals"]["g"]["request"] == "visit(2)"
+    assert await hear(socket, "beat") == {"beat": {"now": 5.0, "ros": 2.0}}
+    one.hub.post(SYSTEM, lambda model: model.tell_goal("g", "queued 7"))
+    said = await hear(socket, "system")
+    assert set(said) == {"system", "tables"}
+    assert said["tables"]["goals"]["g"]["place"] == 7
+    assert set(said["tables"]) == {"goals"}
+    await socket.close()
+    metrics = await (await one.client.get("/metrics")).text()
+    assert 'rosoclingo_goals_open{system="/rosoclingo"} 1' in metrics
 
 
-def test_a_page_that_is_too_slow_is_ended_and_others_go_on() -> None:
-    async def check() -> None:
-        async with console() as one:
-            slow, quick = await one.live(), await one.live()
-            for socket in (slow, quick):
-                await hear(socket, "hello")
-            # Nobody reads what the first one is sent.
-            text, number = "x" * 200_000, 0
-            while not one.hub.slow:
-                number += 1
-                line = f"{number} {text}"
-                one.hub.post(SYSTEM, lambda model, line=line: model.set_quality(line))
-                quality = ""
-                while quality != line:
-                    said = await hear(quick, "system")
-                    quality = said["tables"].get("run", {}).get("run", {}).get("quality", "")
-                assert number < 1000
-            assert one.hub.slow == 1
-            await hear(quick, "beat")
-
-    run(check)
+@with_console()
+async def test_a_page_that_is_too_slow_is_ended_and_others_go_on(one: Console) -> None:
+    slow, quick = await one.live(), await one.live()
+    for socket in (slow, quick):
+        await hear(socket, "hello")
+    # Nobody reads what the first one is sent.
+    text, number = "x" * 200_000, 0
+    while not one.hub.slow:
+        number += 1
+        line = f"{number} {text}"
+        one.hub.post(SYSTEM, lambda model, line=line: model.set_quality(line))
+        quality = ""
+        while quality != line:
+            said = await hear(quick, "system")
+            quality = said["tables"].get("run", {}).get("run", {}).get("quality", "")
+        assert number < 1000
+    assert one.hub.slow == 1
+    await hear(quick, "beat")
 
 
-def test_so_many_requests_at_a_time() -> None:
-    async def check() -> None:
-        async with console() as one:
-            one.operations.goes_on.clear()
-            body = {"system": SYSTEM, "goal": "g"}
-            waiting = [asyncio.ensure_future(one.do("cancel", body)) for _ in range(8)]
-            await until(lambda: len(one.operations.wanted) == 8)
-            status, answer = await one.do("cancel", body)
-            assert (status, answer["text"]) == (503, "8 requests are under way; try again")
-            for request in waiting[:4]:  # a page that goes away leaves its request under way
-                request.cancel()
-            assert (await one.do("cancel", body))[0] == 503
-            one.operations.goes_on.set()
-            await asyncio.wait(waiting)
-            assert (await one.do("cancel", body))[0] == 200
-
-    run(check)
+@with_console()
+async def test_so_many_requests_at_a_time(one: Console) -> None:
+    one.operations.goes_on.clear()
+    body = {"system": SYSTEM, "goal": "g"}
+    waiting = [asyncio.ensure_future(one.do("cancel", body)) for _ in range(8)]
+    await until(lambda: len(one.operations.wanted) == 8)
+    status, answer = await one.do("cancel", body)
+    assert (status, answer["text"]) == (503, "8 requests are under way; try again")
+    for request in waiting[:4]:  # a page that goes away leaves its request under way
+        request.cancel()
+    assert (await one.do("cancel", body))[0] == 503
+    one.operations.goes_on.set()
+    await asyncio.wait(waiting)
+    assert (await one.do("cancel", body))[0] == 200
