@@ -570,10 +570,10 @@ def test_what_is_known_of_rules_is_said_when_the_time_is_over(
     files = tuple(str(tmp_path / name) for name in texts)
 
     def with_time(ask: Callable[..., Verdict]) -> Callable[..., Verdict]:
-        def asked(copy: AssumingCopy, told: FrozenSet[str], *others: Any, **more: Any) -> Verdict:
-            if slow(copy.last, sum(map(is_relaxed, told))):
+        def asked(copy: AssumingCopy, query: PlanQuery, *others: Any, **more: Any) -> Verdict:
+            if slow(copy.last, sum(map(is_relaxed, query.told))):
                 raise InterruptedQuestionError
-            return ask(copy, told, *others, **more)
+            return ask(copy, query, *others, **more)
 
         return asked
 
