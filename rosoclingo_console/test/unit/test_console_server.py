@@ -247,7 +247,7 @@ async def test_a_word_that_is_too_long_ends_a_channel(one: Console) -> None:
 
 @with_console()
 async def test_a_page_sees_what_there_is_and_what_changes(one: Console) -> None:
-    record = NumberedRecord(journal.GoalArrived("g", "visit(2)"), 0, 0, 1, 3.0)
+    record = Entry(journal.GoalArrived("g", "visit(2)"), 0, 0, 1, 3.0)
     one.hub.post(SYSTEM, lambda model: model.hear(record))
     socket = await one.live("")
     hello = (await hear(socket, "hello"))["hello"]
