@@ -1,4 +1,4 @@
-"""What a replay dictates besides inputs: how searches end, and how long actions take."""
+"""Outcomes that a replay dictates besides inputs: how searches end, and how long actions take."""
 
 from __future__ import annotations
 
