@@ -10,10 +10,10 @@ import numpy as np
 
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
-from rosoclingo_interfaces.navigation.waypoints import Waypoints
+from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
 from rosoclingo_simulator.errors import ObstacleError
 from rosoclingo_simulator.physics.occupancy import OccupancyMap
-from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, Box, Pose, SharedSpace
+from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, Box, SharedSpace
 
 _LENGTH_METRES = 0.4  # of a box, along the way
 _GAP_METRES = 0.1  # left on either side, too narrow for the robot
@@ -32,7 +32,7 @@ class PassageEnd(NamedTuple):
     """
 
     name: str
-    place: Pose
+    place: Waypoint
 
 
 @dataclass
@@ -108,14 +108,14 @@ class Obstacles:
         self._names.remove(name)
         return f"the box between {way} is gone"
 
-    def _find(self, word: str) -> Pose:
+    def _find(self, word: str) -> Waypoint:
         try:
             name = str(parse_term(word))
         except TermError as err:
             raise ObstacleError(f"{quote(word)} is no waypoint: {err}") from err
         return self.waypoints.find(name)
 
-    def _box(self, way: str, first: Pose, second: Pose) -> Box:
+    def _box(self, way: str, first: Waypoint, second: Waypoint) -> Box:
         """Returns a box that closes the way where it is narrowest, or else in the middle."""
         dx, dy = second.x - first.x, second.y - first.y
         length = math.hypot(dx, dy)
