@@ -317,10 +317,9 @@ def record(
         is_way = action.startswith("go")
         value = "failure" if not is_way and chance.random() < 0.1 else "success"
         seconds = chance.random() * 0.08
-        timers.append(
-            threading.Timer(seconds, lambda: run.inbox.put(MessageArrived(actuator, value)))
-        )
-        timers[-1].start()
+        timer = threading.Timer(seconds, lambda: run.inbox.put(MessageArrived(actuator, value)))
+        timer.start()
+        timers.append(timer)
         return None
 
     run = Session(system, answer)

@@ -180,8 +180,9 @@ def record(
     timers: List[threading.Timer] = []
 
     def later(action: Callable[[], None], longest: float) -> None:
-        timers.append(threading.Timer(chance.random() * longest, action))
-        timers[-1].start()
+        timer = threading.Timer(chance.random() * longest, action)
+        timer.start()
+        timers.append(timer)  # started: another thread may wait for it at once
 
     def answer(actuator: str, action: str) -> Optional[str]:
         value = "failure" if chance.random() < 0.1 else "success"
