@@ -75,6 +75,7 @@ def test_a_robot_looks_where_the_description_says(tmp_path: Path) -> None:
         ("floor", [0, 0, 12.01, 6], "floor: 12.01 is no multiple of 0.05 m; round it"),
         ("floor", [1, 0, 12, 6], "and its walls of 0.2 m do not fit on the floor [1, 0, 12, 6]"),
         ("resolution", 0, "resolution: expected a number above 0, not 0"),
+        ("resolution", 27483645, "floor: 12 is no multiple of 2.74836e+07 m; round it"),
         ("resolution", True, "resolution: expected a number, not True"),
         ("clearance", float("nan"), "clearance: expected a number, not nan"),
         ("walls", {"thickness": 0.12}, "walls: thickness: 0.12 is no multiple of 0.05 m"),

@@ -62,7 +62,11 @@ def _check_grid(world: World) -> None:
 def _on_grid(where: str, lengths: Iterable[float], unit: float) -> None:
     for length in lengths:
         count = length / unit
-        if not abs(count) < MOST_CELLS or abs(count - round(count)) > _NEARLY:
+        if (
+            not abs(count) < MOST_CELLS
+            or abs(count - round(count)) > _NEARLY
+            or abs(length - round(count) * unit) > _NEARLY  # 8 m are no multiple of 10,000 km
+        ):
             raise WorldError(f"{where}: {length:g} is no multiple of {unit:g} m; round it")
 
 
