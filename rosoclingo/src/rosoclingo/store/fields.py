@@ -17,6 +17,7 @@ A row is a field, or an element of a set or of a dictionary:
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 from collections import deque
 from operator import attrgetter
@@ -29,14 +30,12 @@ from typing import (
     NamedTuple,
     Optional,
     Tuple,
-    Type,
     Union,
     get_args,
     get_origin,
-    get_type_hints,
 )  # fmt: skip
 
-from rosoclingo.loop.values.snapshot import plain, remade
+from rosoclingo.loop.values.snapshot import plain, remade, type_hints
 
 _NOTHING = object()
 _ENCODER = json.JSONEncoder(separators=(",", ":"))
@@ -78,13 +77,13 @@ class _Leaf:
 class ChangedRows:
     """Finds the rows of a snapshot that differ from the written ones. Not thread-safe."""
 
-    def __init__(self, kind: Type[Any]) -> None:
+    def __init__(self, kind: type) -> None:
         """Begins with no row written.
 
         Args:
             kind: The snapshot's class, a dataclass.
         """
-        self._leaves = list(_leaves(kind))
+        self._leaves = _leaves(kind)
         self._old: Dict[str, Any] = {}  # copies
         self._sources: Dict[str, Any] = {}  # of what they are copies
 
@@ -106,7 +105,7 @@ class ChangedRows:
         return found
 
 
-def read(kind: Type[Any], rows: Mapping[Tuple[str, str], str]) -> Any:
+def read(kind: type, rows: Mapping[Tuple[str, str], str]) -> Any:
     """Builds a snapshot from its rows.
 
     Args:
@@ -138,18 +137,20 @@ def read(kind: Type[Any], rows: Mapping[Tuple[str, str], str]) -> Any:
     return remade(kind, root)
 
 
-def _leaves(kind: Type[Any], path: Tuple[str, ...] = ()) -> Iterator[_Leaf]:
-    hints = get_type_hints(kind)
-    for field in dataclasses.fields(kind):
-        hint, here = hints[field.name], (*path, field.name)
+@functools.lru_cache(maxsize=None)
+def _leaves(kind: Any, path: Tuple[str, ...] = ()) -> Tuple[_Leaf, ...]:
+    found: List[_Leaf] = []
+    for name, hint in type_hints(kind).items():
+        here = (*path, name)
         if isinstance(hint, type) and dataclasses.is_dataclass(hint):
-            yield from _leaves(hint, here)
+            found += _leaves(hint, here)
         elif get_origin(hint) in (set, dict) and not any(map(_may_change, get_args(hint))):
             grows = getattr(kind, "ONLY_GROWS", False)
-            yield _Leaf(here, get_origin(hint).__name__, grows=grows)
+            found.append(_Leaf(here, get_origin(hint).__name__, grows=grows))
         else:
             is_fixed = not any(map(_may_change, get_args(hint)))
-            yield _Leaf(here, "value" if is_fixed else "parts")
+            found.append(_Leaf(here, "value" if is_fixed else "parts"))
+    return tuple(found)
 
 
 def _may_change(hint: Any) -> bool:

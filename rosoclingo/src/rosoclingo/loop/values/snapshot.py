@@ -20,7 +20,18 @@ import enum
 import functools
 import json
 from collections import deque
-from typing import Any, Optional, Tuple, Type, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import (
+    Any,
+    Dict,
+    Optional,
+    Tuple,
+    Type,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 T = TypeVar("T")
 
@@ -61,6 +72,13 @@ def plain(value: Any) -> Any:
 
 
 @functools.lru_cache(maxsize=None)
+def type_hints(kind: Any) -> Dict[str, Any]:
+    """Returns the types of a dataclass's fields by name, in their order; not to be changed."""
+    hints = get_type_hints(kind)
+    return {field.name: hints[field.name] for field in dataclasses.fields(kind)}
+
+
+@functools.lru_cache(maxsize=None)
 def _names(kind: Any) -> Optional[Tuple[str, ...]]:
     """Returns the names of a dataclass's fields; None for another type."""
     if not dataclasses.is_dataclass(kind):
@@ -94,12 +112,11 @@ def remade(kind: Type[T], value: Any) -> T:
 def _decode(kind: Any, value: Any, place: str) -> Any:
     """Converts a value of JSON back to one of a type."""
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
-        hints = get_type_hints(kind)
-        names = [field.name for field in dataclasses.fields(kind)]
-        if not isinstance(value, dict) or sorted(value) != sorted(names):
-            raise ValueError(f"{place}: expected {', '.join(names)}: {value!r:.200}")
+        hints = type_hints(kind)
+        if not isinstance(value, dict) or sorted(value) != sorted(hints):
+            raise ValueError(f"{place}: expected {', '.join(hints)}: {value!r:.200}")
         return kind(
-            **{name: _decode(hints[name], value[name], f"{place}.{name}") for name in names}
+            **{name: _decode(hint, value[name], f"{place}.{name}") for name, hint in hints.items()}
         )
     origin, arguments = get_origin(kind), list(get_args(kind))
     if origin is Union:  # Optional
