@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from typing import Any, List, Optional, Sequence
 
 import yaml
@@ -18,7 +19,7 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.execution.policies import ActionPolicies
 from rosoclingo.loop.inputs.inbox import Inbox, Item
 from rosoclingo.loop.journal import AnswerArrived, MessageArrived
-from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.monitor import Doing
 from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
@@ -91,9 +92,11 @@ class LoopDoor(Door):
 
     def __enter__(self) -> Door:
         self.inbox, self.robot, self.failure = _PromptInbox(), _Robot(), None
-        parts = make_parts("dynamic.incremental.dyn_reset", Options((f"{EXAMPLES}/line.lp",)))
-        loop = parts.loop(self.inbox, self.robot)
-        self._thread = threading.Thread(target=self._run, args=(loop,), daemon=True)
+        files = Options((f"{EXAMPLES}/line.lp",))
+        steps = ("-c", "steps=10000")  # an answer such as failure takes one without an end
+        parts = make_parts("dynamic.incremental.dyn_reset", files, steps)
+        self._loop = parts.loop(self.inbox, self.robot)
+        self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
         self.busy()
         return self
@@ -102,17 +105,25 @@ class LoopDoor(Door):
         self.inbox.close()
         self._thread.join(_SECONDS)
 
-    def _run(self, loop: Loop) -> None:
+    def _run(self) -> None:
         try:
-            loop.run()
+            self._loop.run()
         except Exception as err:
             self.failure = err
 
     def busy(self) -> None:
         """Asks for something if nothing is to be done."""
         if self.goal.ended or self.goal.slot is None:
-            self.goal = Goal("visit(7)" if self.goal.request == "visit(2)" else "visit(2)")
+            self.goal = Goal("visit(5)" if self.goal.request == "visit(2)" else "visit(2)")
             self.inbox.put(self.goal)
+
+    def rest(self) -> None:
+        """Waits until the loop has done all that it can do without another input."""
+        end = time.monotonic() + _SECONDS
+        monitor = self._loop.state.monitor
+        while monitor.activity.doing is not Doing.WAITS or self.inbox.waiting():
+            assert time.monotonic() < end, f"the loop never rests: {self.failure!r}"
+            time.sleep(1e-4)
 
     def take(self, item: Item) -> None:
         """Gives the loop an input, and waits until it has taken it.
@@ -196,12 +207,13 @@ class TokenDoor(LoopDoor):
         return st.sampled_from([b"RUN\nLAST\nsuccess", b"RUN\nLAST\nfailure"]) | answers
 
     def read(self, data: bytes) -> None:
-        """Sends the answer."""
+        """Sends the answer, to a loop that has told the robot what to do."""
         run, number, value = self.parts(data, 3)
+        self.busy()
+        self.rest()
         last = max((one.number for one in self.robot.executions), default=0)
         digits = number if number.isascii() and number.isdigit() else "0"
         said = last if number == "LAST" else int(digits[:10]) % 2**32
-        self.busy()
         run = run.replace("RUN", self.robot.run)
         self.take(AnswerArrived(run, said, value, sender="/robot"))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from random import Random
 from typing import Callable, List, Sequence
 
@@ -15,6 +16,7 @@ _WORDS = (
     b"<script>alert(1)</script>", b"$(id)", b"2001-99-99", b"12:99:99",
 )  # fmt: skip
 _NESTING = (b"(", b"[", b"{", b"f(", b'{"a":', b"- ", b"<a>", b"-", b"~", b"[[1],")
+_DIGITS = re.compile(rb"[0-9]+")
 _DEPTHS = (3, 30, 2000)
 _LONGEST = 1_000_000  # bytes of an input
 
@@ -84,13 +86,12 @@ def _word(data: bytes, draw: Random, words: Sequence[bytes]) -> bytes:
 
 
 def _number(data: bytes, draw: Random, _: Sequence[bytes]) -> bytes:
-    """Replaces a number, wherever it is."""
-    places = [place for place, byte in enumerate(data) if 48 <= byte <= 57]
-    if not places:
+    """Replaces the next number, or its end."""
+    place = draw.randrange(len(data) + 1)
+    found = _DIGITS.search(data, place) or _DIGITS.search(data)
+    if not found:
         return data
-    begin = end = draw.choice(places)
-    while end < len(data) and 48 <= data[end] <= 57:
-        end += 1
+    begin, end = found.span()
     new = draw.choice((b"0", b"-1", b"1e308", b"1e999", b"nan", b"2147483648", b"9" * 400, b"x"))
     return data[:begin] + new + data[end:]
 
