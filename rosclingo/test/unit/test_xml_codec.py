@@ -391,6 +391,16 @@ def test_bounds_of_costs() -> None:
     assert decode_assumptions(text) == tuple(assumed)
 
 
+@pytest.mark.parametrize("count", ["", "x", "-1", "1.5", "²", "9" * 5000])
+def test_a_wrong_number_of_parameters(count: str) -> None:
+    """Python refuses to read more than 4,300 digits."""
+    program = f'<program name="a" parameters="{count}"/>'
+    text = f"<return><success/><programs>{program}</programs></return>"
+    with pytest.raises(XmlError, match="a number of at most nine digits") as caught:
+        decode_reply(text)
+    assert len(str(caught.value)) < 300
+
+
 @pytest.mark.parametrize(("limit", "wrong"), [("cost_bound", "3,17"), ("conflict_limit", "-1")])
 def test_a_wrong_limit(limit: str, wrong: str) -> None:
     for value in ("", "x", "1.5", wrong, "9" * 30):

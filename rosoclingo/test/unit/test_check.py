@@ -457,6 +457,7 @@ def test_a_mode_that_takes_no_goals(capsys: pytest.CaptureFixture[str]) -> None:
         ([LINE, "--mode", "none", "--episodes", "0"], "there is no mode 'none'"),
         ([LINE, "--wrong"], "wrong"),
         ([LINE, "--episodes", "-1"], "--episodes: a number from 0 on is needed: -1"),
+        ([LINE, "--episodes", "9" * 5000], "--episodes: a number from 0 on is needed: 999"),
     ],
 )
 def test_a_wrong_command_line(arguments: Sequence[str], reason: str, capsys: Any) -> None:

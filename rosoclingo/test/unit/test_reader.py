@@ -253,6 +253,7 @@ def test_folder(tmp_path: Path) -> None:
         (b"", "the file is empty"),
         (b"PK\x03\x04 and more", "no ROS 1 bag"),
         (b"#ROSBAG V1.2\nmore", "version 1.2"),
+        (b"#ROSBAG V" + b"2" * 5000 + b".0\n", "no ROS 1 bag"),
         (b"#ROSRECORD V1.1\nmore", "no ROS 1 bag"),
         (b"#ROSBAG V2.0\n", "nothing can be read"),
         (b"#ROSBAG V2.0\nnonsense that is no record", "nothing can be read"),

@@ -58,7 +58,7 @@ def test_an_encoding_of_no_dialect(tmp_path: Path) -> None:
 def test_the_last_step() -> None:
     assert last_step(("-c", "slots=3")) is None
     assert last_step(("-c", "steps=7", "-c", "slots=3")) == 7
-    for text in ("steps=x", "steps=0", "steps=-1", "steps="):
+    for text in ("steps=x", "steps=0", "steps=-1", "steps=", "steps=²", f"steps={'9' * 5000}"):
         with pytest.raises(OptionsError, match="steps is a number"):
             last_step(("-c", text))
 

@@ -7,7 +7,7 @@ from typing import List, Tuple
 
 import pytest
 
-from rosoclingo.bags.read.without_journal import TopicMessage, in_order
+from rosoclingo.bags.read.without_journal import Historian, TopicMessage, in_order
 
 ACTION, ANSWER, STATUS, GOAL = ("out", "robot"), ("in", "robot"), ("status", ""), ("goal", "")
 
@@ -49,3 +49,16 @@ def test_an_answer_that_was_recorded_after_the_action_that_followed_from_it() ->
 )
 def test_what_stays(recorded: List[Tuple[Tuple[str, str], float]]) -> None:
     assert order(*recorded) == [what for what, _ in recorded]
+
+
+def test_a_plan_of_too_many_steps() -> None:
+    """Python refuses to read more than 4,300 digits."""
+    plans = [SimpleNamespace(feedback=SimpleNamespace(status=f"plan {n} steps"))
+             for n in (7, "9" * 5000)]  # fmt: skip
+    goal = SimpleNamespace(
+        goal_id=SimpleNamespace(id="g", stamp=SimpleNamespace(sec=0, nanosec=0)),
+        goal=SimpleNamespace(request="visit(3)"),
+    )
+    said = [TopicMessage("feedback", float(n), one) for n, one in enumerate(plans)]
+    (entry,) = Historian().entries([*said, TopicMessage("goal", 2.0, goal)])
+    assert entry.horizon == 7

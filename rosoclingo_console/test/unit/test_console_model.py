@@ -69,6 +69,7 @@ def act(actuator: str, action: str, is_aborted: bool = False) -> TokenRow:
 def test_a_goal_from_its_arrival_to_its_end(run: Run) -> None:
     run.hear(journal.GoalArrived("g", "bring(1,3)", ("a book",)))
     run.model.tell_goal("g", "queued 2")
+    run.model.tell_goal("g", f"queued {'9' * 5000}")  # whoever says so
     goal = run.row("goals", "g")
     assert (goal["status"], goal["place"], goal["information"]) == ("pending", 2, ["a book"])
     assert (run.row("run", "run")["open"], run.row("run", "run")["waiting"]) == (1, 1)

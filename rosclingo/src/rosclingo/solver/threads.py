@@ -14,6 +14,7 @@ import os
 
 from rosclingo.errors import OptionsError
 from rosclingo.solver.options import Options
+from rosclingo.wire.term_text import number
 
 AUTO = "auto"
 """Stands for as many threads as there are cores that no other node needs."""
@@ -34,9 +35,10 @@ def read_threads(value: object) -> int:
     text = str(value)
     if text == AUTO:
         return spare_cores()
-    if not (text.isdecimal() and 1 <= int(text) <= MOST):
+    threads = number(text)
+    if threads is None or not 1 <= threads <= MOST:
         raise ValueError(f"expected a number of threads from 1 to {MOST}, or {AUTO}: {value}")
-    return int(text)
+    return threads
 
 
 def spare_cores() -> int:

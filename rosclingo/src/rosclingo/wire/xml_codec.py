@@ -22,7 +22,7 @@ from rosclingo.wire.xml_tree import MAX_ELEMENTS, Element, parse
 
 _ELEMENTS, _TEXT = "elements", "text"  # what may be inside of an element, if not nothing
 _COSTS = re.compile(r"-?[0-9]{1,18}(?: -?[0-9]{1,18})*")
-_LIMIT = re.compile(r"[0-9]{1,9}")
+_WHOLE = re.compile(r"[0-9]{1,9}")
 _TRUTHS = {**{truth.value: truth for truth in wire.Truth}, "none": wire.Truth.FREE}
 
 
@@ -111,7 +111,7 @@ def _cost_bound(element: Element) -> wire.CostBound:
 def _conflict_limit(element: Element) -> wire.ConflictLimit:
     """Reads a limit of conflicts."""
     text = _expect(element, "conflict_limit", "value")["value"]
-    if not _LIMIT.fullmatch(text):
+    if not _WHOLE.fullmatch(text):
         raise element.error('a conflict limit is a whole number, such as value="100"')
     return wire.ConflictLimit(int(text))
 
@@ -268,8 +268,10 @@ def _decode_programs(element: Element) -> wire.Programs:
     for program in element.children:
         attributes = _expect(program, "program", "name", "parameters")
         count = attributes["parameters"]
-        if not count.isascii() or not count.isdecimal():
-            raise program.error(f"parameters of <program> is a number, not {count[:50]!r}")
+        if not _WHOLE.fullmatch(count):
+            raise program.error(
+                f"parameters of <program> is a number of at most nine digits, not {count[:50]!r}"
+            )
         parts.append((attributes["name"], int(count)))
     return wire.Programs(tuple(parts))
 

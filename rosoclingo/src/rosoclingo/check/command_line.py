@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import re
 from dataclasses import dataclass
 from typing import Sequence, Tuple
 
-from rosclingo.errors import OptionsError
+from rosclingo.errors import OptionsError, shorten
 from rosclingo.solver.option_parser import OptionParser
 from rosclingo.solver.options import Options, constants
+from rosclingo.wire.term_text import number
 from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import number_type, parse_planner
 from rosoclingo.desk.inputs import MESSAGE, read_input
@@ -55,8 +55,7 @@ class Chosen:
     @property
     def steps(self) -> int:
         """The longest plan that was asked for; 0 if nothing was said."""
-        text = constants(self.options.clingo).get("steps", "")
-        return int(text) if text.isdigit() else 0
+        return max(0, number(constants(self.options.clingo).get("steps", "")) or 0)
 
 
 def parse(arguments: Sequence[str], *, knows_live: bool = True) -> Chosen:
@@ -120,6 +119,7 @@ def _message(text: str) -> Pair:
 
 
 def _count(text: str) -> int:
-    if not re.fullmatch(r"\d+", text, re.ASCII):
-        raise argparse.ArgumentTypeError(f"a number from 0 on is needed: {text}")
-    return int(text)
+    value = number(text)
+    if value is None or value < 0:
+        raise argparse.ArgumentTypeError(f"a number from 0 on is needed: {shorten(text)}")
+    return value

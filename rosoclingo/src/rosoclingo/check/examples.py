@@ -35,7 +35,7 @@ from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.question import WhyAnswer
 
 ENDING = ".examples"
-_STEPS = re.compile(r"(\d+) steps?")
+_STEPS = re.compile(r"(\d{1,9}) steps?")
 _NO_PLAN = re.compile(r"no plan|(?:no plan )?because(?: (.+))?")
 
 

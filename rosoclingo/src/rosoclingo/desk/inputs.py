@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rosclingo.errors import OptionsError, TermError, shorten
+from rosclingo.wire.term_text import number
 from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.values.ids import CANCEL, GOAL, split_event, type_event
 
@@ -76,12 +77,13 @@ def read_input(text: str, when: str = "0") -> Input:
     source, value = parts
     moment = _moment(when)
     if source == CANCEL:
-        if not (value.isdecimal() and int(value) > 0):
+        goal = number(value)
+        if goal is None or goal < 1:
             raise OptionsError(
                 f"{shorten(text)!r}: expected the number of a goal, from 1 on; a message of a "
                 f"source with this name is {shorten(type_event(CANCEL, value))!r}"
             )
-        return Input(source, str(int(value)), moment)
+        return Input(source, str(goal), moment)
     try:
         if source == GOAL:
             return Input(GOAL, canonical(value), moment)
@@ -91,9 +93,10 @@ def read_input(text: str, when: str = "0") -> Input:
 
 
 def _moment(when: str) -> Moment:
-    kind, colon, number = when.rpartition(":")
-    if (kind in (IN, AFTER) or not colon) and number.isdecimal():
-        return Moment(kind or STEP, int(number))
+    kind, colon, count = when.rpartition(":")
+    value = number(count)
+    if (kind in (IN, AFTER) or not colon) and value is not None and value >= 0:
+        return Moment(kind or STEP, value)
     raise OptionsError(
         f"{shorten(when)!r}: expected when it comes: a step, in:COMMAND or after:COMMAND, such as "
         "4, in:17 or after:17"

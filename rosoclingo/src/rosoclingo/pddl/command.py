@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 from typing import Dict, NoReturn, Optional, Sequence
 
-from rosclingo.errors import RosclingoError
+from rosclingo.errors import RosclingoError, shorten
+from rosclingo.wire.term_text import number
 from rosoclingo.bags.text import say
 from rosoclingo.pddl.expressions import PddlError
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files
@@ -85,16 +86,20 @@ def _file_name(text: str) -> str:
 
 
 def _positive(text: str) -> int:
-    if not text.isdigit() or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number from 1 on")
-    return int(text)
+    value = number(text)
+    if value is None or value < 1:
+        raise argparse.ArgumentTypeError(f"{shorten(text)!r} is no number from 1 on")
+    return value
 
 
 def _limits(texts: Sequence[str]) -> Dict[str, int]:
     limits: Dict[str, int] = {}
     for text in texts:
-        name, _, number = text.partition("=")
-        if not number.isdigit():
-            raise PddlError(f"--most {text}: there can be FUNCTION=NUMBER, such as battery=100")
-        limits[name.lower()] = int(number)
+        name, _, most = text.partition("=")
+        limit = number(most)
+        if limit is None or limit < 0:
+            raise PddlError(
+                f"--most {shorten(text)}: there can be FUNCTION=NUMBER, such as battery=100"
+            )
+        limits[name.lower()] = limit
     return limits

@@ -15,10 +15,11 @@ from typing import Any, Callable, Mapping, Optional, Sequence, Type
 
 import clingo
 
-from rosclingo.errors import OptionsError
+from rosclingo.errors import OptionsError, shorten
 from rosclingo.solver.options import constants
 from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import Result
+from rosclingo.wire.term_text import number
 from rosoclingo.loop.journal import Status
 from rosoclingo.loop.mode.controller import Info
 from rosoclingo.loop.publishing import publish_abort
@@ -222,9 +223,10 @@ def last_step(clingo_options: Sequence[str]) -> Optional[int]:
     text = constants(clingo_options).get("steps")
     if text is None:
         return None
-    if not text.isdigit() or int(text) < 1:
-        raise OptionsError(f"option -c steps={text}: steps is a number from 1 on")
-    return int(text)
+    steps = number(text)
+    if steps is None or steps < 1:
+        raise OptionsError(f"option -c steps={shorten(text)}: steps is a number from 1 on")
+    return steps
 
 
 def commands_for(

@@ -12,7 +12,7 @@ from rosoclingo_console.model.board import Row
 
 _MOST_WAITING = 200  # goals without a slot that are shown
 _MOST_ENDED = 50  # likewise, goals that have ended
-_QUEUED = re.compile(r"queued (\d+)")
+_QUEUED = re.compile(r"queued (\d{1,9})")
 _WHY = "why: "
 _LATE = "late by "
 _NO_PLAN = "no plan "

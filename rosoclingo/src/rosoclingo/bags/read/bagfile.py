@@ -9,7 +9,7 @@ from rosoclingo.bags.read.decompress import ExpansionError
 from rosoclingo.bags.read.records import Records
 from rosoclingo.errors import BagError
 
-_MAGIC = re.compile(rb"#ROSBAG V(\d+)\.(\d+)\r?\n")
+_MAGIC = re.compile(rb"#ROSBAG V(\d{1,9})\.(\d{1,9})\r?\n")
 _LONGEST_MAGIC = 32  # bytes
 
 

@@ -26,7 +26,7 @@ _STATUSES = {
 }  # fmt: skip
 _ABOUT_GOALS = ("status", "feedback", "result")
 _SWAPPED_SECONDS = 0.2  # how much too early or too late an answer may be recorded
-_HORIZON = re.compile(r"plan (\d+) steps?")
+_HORIZON = re.compile(r"plan (\d{1,9}) steps?")
 
 
 class TopicMessage(NamedTuple):
