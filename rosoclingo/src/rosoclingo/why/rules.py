@@ -9,6 +9,7 @@ it costs a planner nothing::
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from dataclasses import dataclass
 from typing import Dict, Iterable, List, Mapping, Sequence, Tuple
@@ -92,10 +93,8 @@ def relaxable(program: Program) -> Program:
     for statement in program.statements:
         guard = guards.get(id(statement))
         statements.append(statement if guard is None else _guarded(statement, guard))
-    return Program(
-        program.scripts, statements, program.definitions, program.parts, program.texts,
-        program.remarks,
-    )  # fmt: skip
+    # Reasons are found sooner without heuristics, which are for plans.
+    return dataclasses.replace(program, statements=statements, has_heuristics=False)
 
 
 def _relaxed(key: int) -> str:
