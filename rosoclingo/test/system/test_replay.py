@@ -525,8 +525,8 @@ def test_an_operator(terminals: Terminals, recorder: Recorder) -> None:
         ["1"], [line()], driver=OPERATED, parameters=[ask], failures=[7], steps=60
     )
     recording = read_recording(bag)
-    assert any(one.is_paused for one in recording.held)
-    assert "approval" in {reason for one in recording.held for reason in one.reasons}
+    assert any(one.paused for _, one in recording.held)
+    assert "approval" in {reason for _, one in recording.held for _, _, reason in one.held}
     is_paused = steps = False
     for event in (entry.event for entry in recording.entries):
         if isinstance(event, ControlArrived):
