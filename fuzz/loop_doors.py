@@ -112,7 +112,9 @@ class LoopDoor(Door):
             self.failure = err
 
     def busy(self) -> None:
-        """Asks for something if nothing is to be done."""
+        """Asks for something if nothing is to be done, of a loop that has forgotten the rest."""
+        if self.goal.ended or self.goal.slot is None:
+            self.rest()
         if self.goal.ended or self.goal.slot is None:
             self.goal = Goal("visit(5)" if self.goal.request == "visit(2)" else "visit(2)")
             self.inbox.put(self.goal)
