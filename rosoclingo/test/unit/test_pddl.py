@@ -114,6 +114,7 @@ def test_a_variable_begins_a_word() -> None:
         ("; nothing\n", "d:1: the file is empty"),
         ("\nword (a)", "d:2: word is not in parentheses"),
         ("(a)\n(b)", "d:2: there is more"),
+        ("(a\n" + 5000 * "b" + ")", "d:2: the word bbb"),
     ],
 )
 def test_what_is_no_list_is_refused(text: str, message: str) -> None:
@@ -361,6 +362,22 @@ def test_numbers_and_durations_that_the_library_has_not_are_refused(
     assert old in FLEET
     with pytest.raises(PddlError, match=re.escape(message)):
         _uses(FLEET.replace(old, new))
+
+
+@pytest.mark.parametrize("wrong", ["(forall)", "(forall () y ?r)", "(forall x (door))"])
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("(decrease (battery ?r) ", "(decrease {} ", 11),
+        ("(decrease (battery ?r) (far ?a ?b))", "(decrease (battery ?r) {})", 11),
+        ("(= ?duration 3)", "(= ?duration {})", 13),
+    ],
+)
+def test_a_broken_forall_as_an_amount_is_refused(old: str, new: str, line: int, wrong: str) -> None:
+    assert old in FLEET
+    problem = read_problem(parse(FLEET_PROBLEM, "p"))
+    with pytest.raises(PddlError, match=f"^d:{line}: "):
+        check_declarations(read_domain(parse(FLEET.replace(old, new.format(wrong)), "d")), problem)
 
 
 def test_a_number_has_to_be_larger_than_what_is_used() -> None:

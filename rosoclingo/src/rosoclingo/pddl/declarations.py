@@ -58,9 +58,10 @@ class _Checker:
     def check(self, form: ListForm, scope: Mapping[str, str]) -> None:
         """Checks a condition, an effect or an amount, in which some variables are known."""
         if form.head == "forall":
-            variables, inner = form.parts[1:]
-            assert isinstance(variables, ListForm)
-            assert isinstance(inner, ListForm)
+            lists = [part for part in form.parts if isinstance(part, ListForm)]
+            if len(form.parts) != 3 or len(lists) != 2:  # as an amount, it was not looked at
+                raise PddlError(f"{form.place}: forall has variables and an effect")
+            variables, inner = lists
             names = typed_list(variables.parts)
             self.check_types(names.values(), variables.place)
             self.check(inner, {**scope, **names})

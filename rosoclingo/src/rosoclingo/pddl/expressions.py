@@ -11,6 +11,7 @@ from rosclingo.errors import RosclingoError, shorten
 
 # A variable may follow a name without a blank.
 _TOKEN = re.compile(r"\s+|;[^\n]*|[()]|\??[^\s();?]+|\?")
+_LONGEST_WORD = 500  # letters; messages may quote some words as a whole
 
 
 class PddlError(RosclingoError):
@@ -72,7 +73,7 @@ def parse(text: str, name: str) -> ListForm:
         name: The file's name, for messages.
 
     Raises:
-        PddlError: The text is not one list in parentheses.
+        PddlError: The text is not one list in parentheses, or has a word that is too long.
     """
     levels: List[Tuple[str, List[Union[Word, ListForm]]]] = [(f"{name}:1", [])]
     line = 1
@@ -87,6 +88,10 @@ def parse(text: str, name: str) -> ListForm:
             begin, parts = levels.pop()
             levels[-1][1].append(ListForm(tuple(parts), begin))
         elif not piece.isspace() and not piece.startswith(";"):
+            if len(piece) > _LONGEST_WORD:
+                raise PddlError(
+                    f"{place}: the word {shorten(piece)} has more than {_LONGEST_WORD} letters"
+                )
             levels[-1][1].append(Word(piece.lower(), place))
     if len(levels) > 1:
         raise PddlError(f"{levels[-1][0]}: this parenthesis is not closed")

@@ -153,7 +153,8 @@ class Numbers:
                 by = of(target).by
                 by[change.head] = self._integer(change.parts[2], schema, binding), change.place
                 if len(by) > 1:
-                    raise PddlError(f"{change.place}: {schema.name} changes {target.text} twice")
+                    raise PddlError(f"{change.place}: {schema.name} changes "
+                                    f"{shorten(target.text)} twice")  # fmt: skip
         return found
 
     def _check_first(self, name: Name, place: str) -> None:
@@ -309,7 +310,7 @@ def _function(part: PddlPart) -> str:
 
 
 def _text(name: Name) -> str:
-    return f"({' '.join(name)})"
+    return shorten(f"({' '.join(name)})")
 
 
 def _number(part: PddlPart) -> Optional[float]:
