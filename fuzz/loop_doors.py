@@ -93,7 +93,7 @@ class LoopDoor(Door):
     def __enter__(self) -> Door:
         self.inbox, self.robot, self.failure = _PromptInbox(), _Robot(), None
         files = Options((f"{EXAMPLES}/line.lp",))
-        steps = ("-c", "steps=10000")  # an answer such as failure takes one without an end
+        steps = ("-c", "steps=10000")  # each failure takes one more
         parts = make_parts("dynamic.incremental.dyn_reset", files, steps)
         self._loop = parts.loop(self.inbox, self.robot)
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -112,7 +112,7 @@ class LoopDoor(Door):
             self.failure = err
 
     def busy(self) -> None:
-        """Asks for something if nothing is to be done, of a loop that has forgotten the rest."""
+        """Sends a goal if none is open, when the loop is idle and has reset."""
         if self.goal.ended or self.goal.slot is None:
             self.rest()
         if self.goal.ended or self.goal.slot is None:
@@ -120,7 +120,7 @@ class LoopDoor(Door):
             self.inbox.put(self.goal)
 
     def rest(self) -> None:
-        """Waits until the loop has done all that it can do without another input."""
+        """Waits until the loop is idle, with an empty inbox."""
         end = time.monotonic() + _SECONDS
         monitor = self._loop.state.monitor
         while monitor.activity.doing is not Doing.WAITS or self.inbox.waiting():

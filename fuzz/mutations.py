@@ -86,7 +86,7 @@ def _word(data: bytes, draw: Random, words: Sequence[bytes]) -> bytes:
 
 
 def _number(data: bytes, draw: Random, _: Sequence[bytes]) -> bytes:
-    """Replaces the next number, or its end."""
+    """Replaces the first number after a random place, or a part of it."""
     place = draw.randrange(len(data) + 1)
     found = _DIGITS.search(data, place) or _DIGITS.search(data)
     if not found:

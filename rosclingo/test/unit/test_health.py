@@ -52,7 +52,7 @@ def test_a_solver_at_rest() -> None:
 
 @pytest.mark.parametrize("what", [GROUNDING, SOLVING, "load"])
 def test_what_goes_on_for_long_is_slow(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    # To which 30 s can be added without rounding, which now and then makes more of them.
+    # A fixed clock: for some times t, floats round t + 30.0 - t to more than 30.0.
     clock = SimpleNamespace(monotonic=lambda: 64.0)
     monkeypatch.setattr("rosclingo.solver.activity.time", clock)
     activity = SolverActivity()

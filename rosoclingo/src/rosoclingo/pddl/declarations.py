@@ -59,7 +59,7 @@ class _Checker:
         """Checks a condition, an effect or an amount, in which some variables are known."""
         if form.head == "forall":
             lists = [part for part in form.parts if isinstance(part, ListForm)]
-            if len(form.parts) != 3 or len(lists) != 2:  # as an amount, it was not looked at
+            if len(form.parts) != 3 or len(lists) != 2:  # check_formula skips amounts
                 raise PddlError(f"{form.place}: forall has variables and an effect")
             variables, inner = lists
             names = typed_list(variables.parts)

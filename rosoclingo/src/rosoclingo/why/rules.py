@@ -93,7 +93,7 @@ def relaxable(program: Program) -> Program:
     for statement in program.statements:
         guard = guards.get(id(statement))
         statements.append(statement if guard is None else _guarded(statement, guard))
-    # Reasons are found sooner without heuristics, which are for plans.
+    # Explanations are quicker without heuristics, which are made for plans.
     return dataclasses.replace(program, statements=statements, has_heuristics=False)
 
 
