@@ -235,6 +235,44 @@ def test_a_publisher_that_is_told_twice(terminals: Terminals) -> None:
     assert "already connected" in node.output
 
 
+# The master's answer to a new subscriber, without publishers, is queued after its update with one.
+OVERTAKEN = """
+import threading
+import rospy
+from rospy.impl.registration import RegManager
+from std_msgs.msg import String
+from rosclingo.ros.init import init_node
+
+init_node("overtaken")
+queue_update, newer, has_come = RegManager.publisher_update, [], threading.Event()
+
+def queue_in_the_wrong_order(manager, topic, publishers):
+    if topic != "/late":
+        queue_update(manager, topic, publishers)
+    elif publishers:
+        newer.extend(publishers)
+        has_come.set()
+    else:
+        print("registered", flush=True)
+        has_come.wait()
+        with manager.cond:  # so that both are there when the registration thread looks
+            queue_update(manager, topic, newer)
+            queue_update(manager, topic, publishers)
+
+RegManager.publisher_update = queue_in_the_wrong_order
+rospy.Subscriber("/late", String, lambda message: print("heard:", message.data, flush=True))
+rospy.spin()
+"""
+
+
+def test_a_publisher_that_registers_with_its_subscriber(terminals: Terminals) -> None:
+    """An older list of publishers does not replace a newer one."""
+    node = terminals.start("python", "-c", OVERTAKEN)
+    node.wait_for("registered")
+    terminals.publish("/late", "std_msgs/String", "data: hello")
+    node.wait_for("heard: hello")
+
+
 # The registration thread waits until it is woken, for as long as that may take.
 WAITING = """
 import os, signal, threading

@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import socket
 import threading
-from typing import Any
+from typing import Any, Sequence
 from weakref import WeakValueDictionary
 
 import rosgraph
@@ -37,6 +37,7 @@ def init_patched_node(name: str, **options: Any) -> None:
     _end_server_when_closed()
     _refuse_calls()
     _connect_once()
+    _keep_newer_publishers()
     rospy.init_node(name, disable_signals=True, **options)
     _wake_registration_at_shutdown()
     _wait_for_registrations_at_shutdown()
@@ -109,6 +110,24 @@ def _connect_once() -> None:
             return connect(handler, topic, publisher)
 
     ROSHandler._connect_topic = connect_once
+
+
+def _keep_newer_publishers() -> None:
+    """Keeps the publishers of a list that an older list of the same topic overtakes.
+
+    ``rospy.impl.registration.RegManager.reg_added`` queues the publishers that the master returns
+    for a new subscriber. When one registers at that time, the master's ``publisherUpdate`` may be
+    queued before them. ``RegManager.run`` takes the last list for the newest and drops the other:
+    the subscriber never connects to that publisher.
+    """
+
+    def queue_update(manager: RegManager, topic: str, publishers: Sequence[str]) -> None:
+        with manager.cond:
+            queued = [one for name, names in manager.updates if name == topic for one in names]
+            manager.updates.append((topic, list(dict.fromkeys([*publishers, *queued]))))
+            manager.cond.notify_all()
+
+    RegManager.publisher_update = queue_update
 
 
 def _wake_registration_at_shutdown() -> None:
