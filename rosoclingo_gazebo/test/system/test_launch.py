@@ -213,6 +213,9 @@ def test_navigation_of_one_robot_of_several(terminals: Terminals, gazebo: Dict[s
             for word in ("obstacle", "raytrace")
         )
         assert seen == cleared
+        # The waffle's laser sees 3.5 m, and a beam that meets nothing must not be an obstacle.
+        assert seen < 3.5
+        assert parameters[f"/move_base/{costmap}/obstacle_layer/scan/inf_is_valid"] is True
 
 
 def test_the_drive_with_real_navigation(terminals: Terminals, gazebo: Dict[str, str]) -> None:
