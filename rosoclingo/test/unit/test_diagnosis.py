@@ -14,7 +14,7 @@ from rosoclingo.desk.inputs import Input, Moment
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.errors import LoopError
-from rosoclingo.loop import diagnosis
+from rosoclingo.loop import diagnosis, search
 
 LINES = {name: str(PACKAGE / f"example/line{name}.lp") for name in ("", "_1.0", "_paper")}
 LINE = LINES[""]
@@ -140,6 +140,29 @@ def test_only_the_goal_that_cannot_be_reached_ends_in_one_node(ruled_alone: Make
     made = ruled_alone(ISLAND, "-c", "steps=9", abort_unreachable=True).start()
     assert made.goal("visit(6)").wait() == "aborted"
     assert made.goal("visit(2)").wait() == "succeeded"
+
+
+def test_a_search_without_a_last_step_says_so(
+    ruled_alone: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(search, "_ENDLESS_SECONDS", -1.0)
+    made = ruled_alone(ISLAND).start()
+    goal = made.goal("visit(6)")
+    made.world.wait_for(lambda world: bool(world.warnings))
+    assert re.match(r"no plan within 0 steps for visit\(6\), after \d+ s", made.world.warnings[0])
+    assert "-c steps=N" in made.world.warnings[0]
+    made.cancel(goal)
+    assert goal.wait() == "canceled"
+    assert len(made.world.warnings) == 1
+
+
+def test_a_search_with_a_last_step_does_not(
+    ruled_alone: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(search, "_ENDLESS_SECONDS", -1.0)
+    made = ruled_alone(ISLAND, "-c", "steps=6").start()
+    assert made.goal("visit(6)").wait() == "aborted"
+    assert not any("last step" in warning for warning in made.world.warnings)
 
 
 def test_a_goal_that_the_planner_does_not_cancel_ends_all(system: Make, tmp_path: Path) -> None:
