@@ -292,6 +292,34 @@ def test_wrong_parameters(terminals: Terminals) -> None:
     nowhere.wait_for("clients may load from: nowhere")
 
 
+@pytest.mark.parametrize(
+    ("argument", "pieces"),
+    [
+        (
+            "_load_path:=*",
+            ["the parameter _load_path of the command line: '*' is no YAML: line 1: "],
+        ),
+        ("_load_path:=[a", ["'[a' is no YAML: line 1: ", "in quotes", "_load_path:=\"'*'\""]),
+        ("_threads:=3000000000", ["_threads", "'3000000000' cannot be a parameter of ROS", "int"]),
+        ("_threads:=2026-11-28", ["_threads", "'2026-11-28' cannot be a parameter of ROS", "date"]),
+        ("in:=a:=b", ["the word 'in:=a:=b' of the command line: expected := once"]),
+        ("__master:=nowhere", ["the address of the ROS master", "nowhere", "http://localhost"]),
+        ("__master:=ftp://nowhere", ["the address of the ROS master", "http://localhost"]),
+    ],
+)
+def test_a_command_line_that_rospy_refuses(argument: str, pieces: List[str]) -> None:
+    """Needs no master: what is wrong is said at once."""
+    ended = subprocess.run(
+        [executable("rosclingo", "run.py"), argument],
+        capture_output=True, text=True, timeout=TIMEOUT, check=False,
+    )  # fmt: skip
+    assert ended.returncode == 2
+    assert "rosclingo: the " in ended.stderr
+    for piece in pieces:
+        assert piece in ended.stderr
+    assert "Traceback" not in ended.stderr
+
+
 def test_parameters_without_a_master(tmp_path: Path) -> None:
     """A node waits for the master before it gives it those of the command line."""
     terminals = Terminals(tmp_path)

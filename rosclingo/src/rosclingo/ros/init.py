@@ -8,13 +8,16 @@ import signal
 import sys
 import threading
 import time
+import xmlrpc.client
 from types import FrameType
-from typing import Callable, NoReturn, Optional
+from typing import Callable, NoReturn, Optional, Sequence
 
 import rosgraph
 import rospy
+import yaml
 
-from rosclingo.errors import RosclingoError
+from rosclingo import strict_yaml
+from rosclingo.errors import ParameterError, RosclingoError, shorten
 from rosclingo.ros.master_watch import exit_status, is_respawned, watch_master
 from rosclingo.ros.patches import init_patched_node
 from rosclingo.ros.reminder import Reminder
@@ -38,6 +41,9 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
 
     A node that the master does not know any more ends, see :func:`.master_watch.watch_master`.
 
+    A parameter of the command line, or an address of the master, that is wrong ends the process
+    with exit status 2, and says what is wrong with it.
+
     What is imported by now is left out of garbage collection: a full one would take 25 ms, while
     a robot waits.
 
@@ -52,18 +58,63 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_DFL)
     gc.freeze()
-    _wait_for_master()
+    try:
+        _check_parameters(sys.argv)
+        _wait_for_master()
+    except ParameterError as err:
+        print(f"{name}: {err}", file=sys.stderr, flush=True)
+        end_wrong()
     init_patched_node(name, anonymous=anonymous)
     for number in _SIGNALS:
         signal.signal(number, _shut_down)
     watch_master()
 
 
+def _check_parameters(arguments: Sequence[str]) -> None:
+    """Validates the parameters of a command line, such as ``_p:=1``.
+
+    ``rospy.init_node`` ends with a traceback if one is no YAML, or no value of XML-RPC.
+
+    Raises:
+        ParameterError: One is wrong.
+    """
+    for argument in filter(rosgraph.names.is_legal_remap, arguments):
+        if argument.count(rosgraph.names.REMAP) > 1:
+            raise ParameterError(
+                f"the word {shorten(argument)!r} of the command line: expected := once"
+            )
+        name, text = (part.strip() for part in argument.split(rosgraph.names.REMAP))
+        if not name.startswith("_") or name.startswith("__"):
+            continue
+        place = f"the parameter {name} of the command line: {shorten(text)!r}"
+        try:
+            xmlrpc.client.dumps((strict_yaml.load(text),), allow_none=True)
+        except yaml.YAMLError as err:
+            raise ParameterError(
+                f"{place} is no YAML: {err}; YAML wants a text like this in quotes, and so does "
+                f"the shell, as in {name}:=\"'*'\""
+            ) from err
+        except (TypeError, OverflowError) as err:
+            raise ParameterError(f"{place} cannot be a parameter of ROS: {err}") from err
+
+
 def _wait_for_master() -> None:
+    """Waits until there is a master.
+
+    Raises:
+        ParameterError: Its address is none.
+    """
+    try:
+        uri = rosgraph.get_master_uri()
+        master = rosgraph.Master("rosgraph", uri)
+    except (ValueError, OSError) as err:
+        raise ParameterError(
+            f"the address of the ROS master, ROS_MASTER_URI or __master:=, is wrong: {err}; "
+            "expected one such as http://localhost:11311"
+        ) from err
     reminder = Reminder(0.0)
-    while not rosgraph.is_master_online():
+    while not master.is_online():
         if reminder.due():
-            uri = rosgraph.get_master_uri()
             # The node has no log yet.
             print(
                 f"waiting for the ROS master at {uri}; start one with: roscore",
