@@ -168,6 +168,20 @@ def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
 
 
 @pytest.mark.costly
+def test_nothing_can_be_done_with_a_run_that_has_ended(browser: Browser, shown: Shown) -> None:
+    node = shown.start_system("_ask_before:=go(3)")
+    browser.show(shown.start_console())
+    browser.request("visit(3)")
+    browser.sees("acts", "#actuators .badge")
+    acting = "#actuators button, #control button:not(.record), #goals button, .ask button"
+    wait_for(lambda: any(button.is_enabled() for button in browser.find("#actuators button")))
+    node.interrupt()
+    browser.sees("has ended", "#systems")
+    wait_for(lambda: not any(button.is_enabled() for button in browser.find(acting)))
+    assert browser.find("#actuators button", "Hold robot")
+
+
+@pytest.mark.costly
 def test_completion_and_the_form_by_keyboard(browser: Browser, shown: Shown) -> None:
     shown.start_system()
     shown.start_robot()

@@ -1,7 +1,7 @@
 // Who does what, and who waits for what.
 
 import { order } from "./ask.js";
-import { mayAct } from "./connection.js";
+import { mayControl } from "./connection.js";
 import { badgePlace, careful, change, fillSection, make } from "./dom.js";
 import { chosen, now, rowsOf, watch } from "./store.js";
 import { byName, lasted } from "./words.js";
@@ -64,7 +64,7 @@ function makeActuator() {
   made.draw = () => {
     change(name, { text: made.key });
     change(small, { text: more(made.row) });
-    for (const button of [approve, reject, hold]) change(button, { disabled: !mayAct() });
+    for (const button of [approve, reject, hold]) change(button, { disabled: !mayControl() });
     change(approve, { "aria-label": `Approve ${made.row.held} of ${made.key}` });
     change(reject, { "aria-label": `Reject ${made.row.held} of ${made.key}` });
     change(hold, { "aria-label": `${made.row.on_hold ? "Release" : "Hold"} ${made.key}` });

@@ -1,6 +1,6 @@
 // The live channel: connects, connects again, and knows whether what is shown is stale.
 
-import { changed, state, take } from "./store.js";
+import { changed, chosen, rowsOf, state, take } from "./store.js";
 
 const STALE = 3500; // ms without a sign of life
 const FIRST_PAUSE = 300; // ms until it connects again
@@ -91,4 +91,9 @@ export const isStale = () => link.word !== "live";
 export const mayPlay = () => Boolean(state.hello?.may_ask) && link.word === "live";
 export const mayActWhenLive = () => Boolean(state.hello?.may_ask && state.hello.may_act && !state.hello.recording);
 export const mayAct = () => mayPlay() && mayActWhenLive();
-export const mayAsk = () => mayPlay() && !state.hello.recording;
+
+const hears = () => Boolean(rowsOf(chosen(), "run").get("run")?.connected);
+
+/** Whether the chosen run can be told something, or asked. */
+export const mayControl = () => mayAct() && hears();
+export const mayAsk = () => mayPlay() && !state.hello.recording && hears();

@@ -1,7 +1,7 @@
 // The state of the run, and what an operator may do with it.
 
 import { order } from "./ask.js";
-import { mayAct } from "./connection.js";
+import { mayAct, mayControl } from "./connection.js";
 import { byId, change, make } from "./dom.js";
 import { chosen, rowsOf, state, watch } from "./store.js";
 
@@ -56,10 +56,9 @@ function reason(actuators) {
 
 watch(() => {
   const run = rowsOf(chosen(), "run").get("run");
-  const may = mayAct() && Boolean(run?.connected);
   for (const [control, button] of buttons) {
     const isUseful = control === "resume" ? run?.paused : control !== "pause" || !run?.paused;
-    change(button, { disabled: !may || !isUseful });
+    change(button, { disabled: !mayControl() || !isUseful });
   }
   const hint = state.hello?.read_only ? " (this console is read-only)" : "";
   const actuators = [...rowsOf(chosen(), "actuators").values()];

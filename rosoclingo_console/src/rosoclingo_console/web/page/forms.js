@@ -1,7 +1,7 @@
 // The forms for a new request and for a message, with what the encoding knows as completion.
 
 import { order } from "./ask.js";
-import { mayAct, mayActWhenLive } from "./connection.js";
+import { mayActWhenLive, mayControl } from "./connection.js";
 import { byId, change, fill, make } from "./dom.js";
 import { chosen, rowsOf, watch } from "./store.js";
 
@@ -27,8 +27,7 @@ function connect(name, example, words, send) {
   watch(() => {
     // What is typed is not lost when the link is, for a moment.
     for (const one of form.elements) change(one, { disabled: !mayActWhenLive() });
-    const isThere = rowsOf(chosen(), "run").get("run")?.connected;
-    change(button, { disabled: !mayAct() || !isThere });
+    change(button, { disabled: !mayControl() });
     const { first = example, all } = words(rowsOf(chosen(), "known").get("known") ?? {});
     change(field, { placeholder: first });
     fill(field.list, [...new Set(all)].filter(Boolean).sort().map((text) => [text, text]), makeOption);

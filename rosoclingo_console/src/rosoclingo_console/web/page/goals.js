@@ -1,7 +1,7 @@
 // The goals.
 
 import { order } from "./ask.js";
-import { mayAct, mayAsk } from "./connection.js";
+import { mayAsk, mayControl } from "./connection.js";
 import { badgePlace, careful, change, fillSection, make } from "./dom.js";
 import { chosen, now, rowsOf, state, watch } from "./store.js";
 import { why } from "./why.js";
@@ -81,7 +81,7 @@ function makeGoal() {
   made.draw = () => {
     change(more, { text: facts(made.row) });
     change(ask, { disabled: !mayAsk() });
-    change(cancel, { disabled: !mayAct() || made.row.canceling });
+    change(cancel, { disabled: !mayControl() || made.row.canceling });
   };
   return made;
 }
