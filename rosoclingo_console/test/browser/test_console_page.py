@@ -16,9 +16,15 @@ from terminals import Terminals, terminals, wait_for
 
 __all__ = ["terminals"]
 
-BAG = Path(__file__).resolve().parents[3] / "test" / "bags" / "mailbot_dynamic_reset.bag"
+BAGS = Path(__file__).resolve().parents[3] / "test" / "bags"
+BAG = BAGS / "mailbot_dynamic_reset.bag"
 SEEN = ("observes(d,failure,1)", "is_about(d,1,r,go(4))")
 SHUT = (*SEEN, "belief(1,2,shut)", "speaks_for(shut,d,1)")
+OVERLAPS = """const texts = [...document.querySelectorAll('#picture text')];
+    const all = texts.map((one) => [one.textContent, one.getBoundingClientRect()]);
+    const meet = (a, b) => a.x < b.right && b.x < a.right && a.y < b.bottom && b.y < a.bottom;
+    return all.flatMap(([a, at], i) => all.slice(i + 1)
+        .filter(([, other]) => meet(at, other)).map(([b]) => `${a} and ${b}`))"""
 HEADER = 8192  # bytes: a bag of so many has messages
 HOSTILE = (
     '"<img src=x onerror=hacked=1><script>hacked=1</script>\' onclick=hacked=1 javascript:hacked=1"'
@@ -288,6 +294,19 @@ def test_a_recorded_run(browser: Browser, shown: Shown) -> None:
     browser.click("Stop", "#player")
     assert violations(browser) == ""
     assert not browser.complaints()
+
+
+@pytest.mark.costly
+def test_no_text_on_the_map_hides_another(browser: Browser, shown: Shown) -> None:
+    """Of a plan in an office; at their first places, two texts would."""
+    browser.show(shown.start_bag(BAGS / "scenario3_dyn_reset.bag"))
+    browser.sees("recorded", "#link")
+    half = "const one = document.getElementById('position'); one.value = one.max / 2;"
+    browser.run(
+        half + "one.dispatchEvent(new Event('input')); one.dispatchEvent(new Event('change'))"
+    )
+    wait_for(lambda: browser.run("return document.querySelectorAll('#picture text').length") > 30)
+    assert browser.run(OVERLAPS) == []
 
 
 @pytest.mark.costly

@@ -4,6 +4,8 @@ import { byId, shape } from "./elements.js";
 import { chosen, rowsOf, watch } from "./store.js";
 
 const MARGIN = [3.5, 1.5]; // metres, for what is written beside places
+const LINE = 1.1; // height of a line, in that of letters
+const GAP = 0.15; // metres between two texts
 const GROUPS = ["ways", "blocked ways", "plan", "waypoints", "names", "packages", "robots", "carried packages", "plan's steps"];
 
 const paint = {
@@ -36,9 +38,8 @@ const paint = {
   },
   cylinder(parent, { points, colour, robot }) {
     const [[x, y]] = points;
-    const others = parent.querySelectorAll(`text[x="${x}"]`).length; // at the same place
-    shape(parent, "circle", { cx: x, cy: -y, r: 0.55, fill: colour, stroke: "#fff", "stroke-width": 0.12 });
-    shape(parent, "text", { x, y: -y + 1.2 + others, fill: colour, "font-size": 0.8, "font-weight": 700, "text-anchor": "middle" }, robot);
+    shape(parent, "circle", { cx: x, cy: -y, r: 0.55, fill: colour, stroke: "#fff", "stroke-width": 0.12, class: "robot" });
+    shape(parent, "text", { x, y: -y + 1.2, fill: colour, "font-size": 0.8, "font-weight": 700, "text-anchor": "middle" }, robot);
   },
   text(parent, { points, size, colour, text }, group) {
     const [[x, y]] = points;
@@ -50,12 +51,30 @@ const paint = {
         : / /.test(text) && /[a-z]/.test(text)
           ? ["start", -1.4]
           : ["middle", 0];
-    text.split("\n").forEach((line, i) => {
-      const place = { x: x + aside, y: -y + i * size * 1.1, "text-anchor": anchor };
-      shape(parent, "text", { ...place, fill: colour, "font-size": size }, line);
-    });
+    const label = shape(parent, "text", { fill: colour, "font-size": size, "text-anchor": anchor });
+    text.split("\n").forEach((line, i) => shape(label, "tspan", { x: x + aside, y: -y + i * size * LINE }, line));
   },
 };
+
+/** Where a text may be, from its own place on, in its widths and heights: the nearest first. */
+const PLACES = [0, -0.5, 0.5, -1, 1]
+  .flatMap((right) => [0, -0.5, 0.5, -1, 1, -1.5, 1.5, -2, 2].map((down) => [right, down]))
+  .sort((a, b) => Math.hypot(3 * a[0], a[1]) - Math.hypot(3 * b[0], b[1]));
+
+const meet = (a, b) =>
+  a.x < b.x + b.width + GAP && b.x < a.x + a.width + GAP && a.y < b.y + b.height && b.y < a.y + a.height;
+
+/** Moves texts aside that would hide another, or be hidden by a robot; those of later groups give way. */
+function spread(picture) {
+  const taken = [...picture.querySelectorAll(".robot")].map((one) => one.getBBox());
+  const texts = [...picture.querySelectorAll("text")].map((text) => [text, text.getBBox()]);
+  for (const [text, { x, y, width, height }] of texts) {
+    const all = PLACES.map(([right, down]) => ({ x: x + right * width, y: y + down * height, width, height }));
+    const place = all.find((one) => !taken.some((other) => meet(one, other))) ?? all[0];
+    text.setAttribute("transform", `translate(${place.x - x} ${place.y - y})`);
+    taken.push(place);
+  }
+}
 
 let drawn = [];
 
@@ -75,6 +94,7 @@ watch(() => {
       paint[one.kind]?.(group, one, GROUPS[i]);
     }
   });
+  spread(picture);
   if (!points.length) return;
   const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => -y)];
   const [left, top] = [Math.min(...xs) - MARGIN[0], Math.min(...ys) - MARGIN[1]];
