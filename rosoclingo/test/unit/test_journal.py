@@ -35,6 +35,7 @@ from rosoclingo.loop.journal import (
     Unknown,
     decode,
     encode,
+    from_text,
     naming,
 )
 from rosoclingo.loop.quality import Quality
@@ -132,6 +133,12 @@ def test_what_is_unknown_is_kept_as_it_is(fields: Fields) -> None:
 def test_what_a_status_lacks_is_empty(details: Tuple[str, ...], slot: str, reason: str) -> None:
     status = decode(Fields("status", "g", "aborted", details))
     assert status == StatusSet("g", Status.ABORTED, slot, reason)
+
+
+@pytest.mark.parametrize("seconds", ["9" * 400, '"late"', "[" * 9999, "null"])
+def test_a_text_that_is_no_event(seconds: str) -> None:
+    with pytest.raises((TypeError, ValueError)):
+        from_text(f'["goal", "g", "", [], {seconds}]')
 
 
 def test_commands() -> None:

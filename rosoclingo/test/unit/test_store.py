@@ -175,6 +175,8 @@ def test_a_store_of_another_version(tmp_path: Path) -> None:
         ("goal", "g", '["a", [], "", false, false, "pending", "", "late"]'),
         *(("journal", "1", value) for value in ("", "[]", '["late", 0, 0, "goal", "", "", [], 0]')),
         ("journal", "1", '[0, 0, 0, "goal", "", "", 7, 0]'),
+        ("journal", "1", '[0, 0, 1e999, "goal", "", "", [], 0]'),
+        ("journal", "1", f'[0, 0, 0, "goal", "", "", [], {"9" * 400}]'),
         ("journal", "first", '[0, 0, 0, "goal", "", "", [], 0]'),
         *(("input", "1", value) for value in ("", "[]", '["plan", "", "", [], 0]')),
         *(("out", "1", value) for value in ("", "[]", '["robot"]', '["robot", 7]')),

@@ -580,7 +580,10 @@ def from_text(text: str) -> Event:
     Raises:
         TypeError, ValueError: It is something else.
     """
-    return decode(Fields(*json.loads(text)))
+    try:
+        return decode(Fields(*json.loads(text)))
+    except (OverflowError, RecursionError) as err:  # a huge number, or deep nesting
+        raise ValueError(f"no event: {err}") from err
 
 
 def _text(quality: Optional[Quality]) -> str:

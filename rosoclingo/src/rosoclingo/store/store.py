@@ -191,7 +191,9 @@ class Store:
         """A context that converts all that rows raise which another version, or nobody, writes."""
         try:
             yield
-        except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as err:
+        except (
+            ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError,
+        ) as err:  # fmt: skip
             raise StoreError(
                 f"the store {self.path} was written by another version of rosoclingo: "
                 f"{shorten(str(err))}; start that one, or start with resume:=fresh, which keeps "

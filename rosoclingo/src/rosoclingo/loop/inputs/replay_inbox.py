@@ -115,7 +115,7 @@ def decode(text: object) -> List[ScheduledInput]:
             if due.kind is ScheduledKind.TIME:
                 int(due.id), float(due.text)
         return dues
-    except (TypeError, ValueError) as err:
+    except (TypeError, ValueError, OverflowError, RecursionError) as err:
         raise ParameterError(
             f"parameter ~replay: not what replay.py writes ({err}); only replay.py sets it"
         ) from err
