@@ -98,6 +98,9 @@ def test_what_happens_on_a_map() -> None:
     assert blocked["points"] == [[4.0, 0.0], [4.0, 3.0]]
     table.hear(journal.MessageArrived("info", "unblocked(b,c)"))
     assert shapes(table, "blocked ways") == []
+    table.hear(journal.MessageArrived("info", "at(robot,a)"))
+    assert shapes(table, "robots")[0]["points"] == [[0.0, 0.0]]
+    table.hear(journal.MessageArrived("info", "at(robot,b)"))
     table.hear(journal.StatusSet("g", Status.SUCCEEDED))
     assert shapes(table, "packages")[0]["points"][0][1] == 3.0
     for strange in ("blocked(", "blocked(x)", "(", "", "blocked(b,c)x"):

@@ -25,7 +25,7 @@ GRAPH = Graph(
 
 @pytest.fixture
 def situation() -> MapSituation:
-    return MapSituation(GRAPH.starts)
+    return MapSituation(GRAPH)
 
 
 def act(situation: MapSituation, action: str, answer: str = "success") -> None:
@@ -143,6 +143,16 @@ def test_a_way_where_the_robot_fails_is_blocked(situation: MapSituation) -> None
     assert situation.blocked == {frozenset("bc")}
     act(situation, "pickup(1)", "failure")
     assert situation.blocked == {frozenset("bc")}
+
+
+def test_a_robot_that_is_said_to_be_elsewhere_is_there(situation: MapSituation) -> None:
+    situation.begin_action("r", "go(b)")
+    for said in ("at(r,c)", "at(r,nowhere)", "at(door,a)", "at(r)"):
+        situation.hear("info", said)
+    assert situation.positions == {"r": "c"}
+    situation.hear("r", "failure")  # on the way that it was to go
+    assert situation.positions == {"r": "c"}
+    assert situation.blocked == {frozenset("ab")}
 
 
 def test_an_answer_that_overtakes_its_action_counts(situation: MapSituation) -> None:

@@ -64,7 +64,7 @@ def draw_plan(
     if graph is None:
         _draw_bars(desk, plan, title, file)
         return
-    situation = MapSituation(graph.starts)
+    situation = MapSituation(graph)
     for goal in desk.goals:
         situation.begin_goal(goal.id, goal.request)
     for entry in desk.journal:

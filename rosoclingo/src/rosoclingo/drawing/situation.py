@@ -8,6 +8,7 @@ from typing import Dict, FrozenSet, List, Mapping, Optional, Sequence, Set, Tupl
 import clingo
 
 from rosclingo.solver.terms import parse_term
+from rosoclingo.drawing.graph import Graph
 from rosoclingo.loop.words import ABORT, FAILURE, INFO, SOLVER, SUCCESS
 
 _MOST_DELIVERED = 10  # packages that are shown where they were delivered
@@ -53,20 +54,22 @@ class MapSituation:
     Not thread-safe. Every method that takes text raises TermError if it is no ground term.
 
     Attributes:
-        positions: For each robot, the last waypoint that it reached.
+        positions: For each robot, the last waypoint that it reached, or where somebody has said
+            since then that it is.
         blocked: Pairs of waypoints with a blocked way between: somebody has said so, or failed to
             go there, and nobody has gone there since, or said that it is free.
         steps: The plan ahead, ordered by step.
         packages: What is to be brought, is on its way, or was lately delivered.
     """
 
-    def __init__(self, starts: Mapping[str, str]) -> None:
+    def __init__(self, graph: Graph) -> None:
         """Starts with robots at their first waypoints.
 
         Args:
-            starts: For each robot, the waypoint where it stands.
+            graph: The waypoints, and where robots begin.
         """
-        self.positions: Dict[str, str] = dict(starts)
+        self._graph = graph
+        self.positions: Dict[str, str] = dict(graph.starts)
         self.blocked: Set[MapEdge] = set()
         self.steps: Tuple[Step, ...] = ()
         self._progress: Dict[int, float] = {}  # by numbers of actions
@@ -74,7 +77,8 @@ class MapSituation:
         self._open: Dict[str, Package] = {}  # by the ids of goals
         self._strange: Dict[str, Package] = {}  # by slots: of goals that came before this node
         self._delivered: List[Package] = []
-        self._actions: Dict[str, clingo.Symbol] = {}  # of robots that have not answered
+        # Of robots that have not answered, with where they began.
+        self._actions: Dict[str, Tuple[clingo.Symbol, str]] = {}
         self._early: Dict[str, str] = {}  # answers that overtook their actions
 
     @property
@@ -113,7 +117,7 @@ class MapSituation:
             self.steps = _steps(parse_term(f"plan({action.strip()[1:-1]})").arguments)
         # An abort ends a robot's action, and is none itself: the answer is to that action.
         elif robot in self.positions and action.strip() != ABORT:
-            self._actions[robot] = parse_term(action)
+            self._actions[robot] = parse_term(action), self.positions[robot]
             answer = self._early.pop(robot, None)
             if answer is not None:
                 self._end_action(robot, answer)
@@ -157,10 +161,13 @@ class MapSituation:
             self.blocked.add(edge)
         elif term.match("unblocked", 2):
             self.blocked.discard(edge)
+        elif term.match("at", 2):
+            robot, place = map(str, term.arguments)
+            if robot in self.positions and place in self._graph.places:
+                self.positions[robot] = place
 
     def _end_action(self, robot: str, answer: str) -> None:
-        action = self._actions.pop(robot)
-        here = self.positions[robot]
+        action, here = self._actions.pop(robot)
         self._forget_step(robot, action)
         if action.match("go", 1):
             there = str(action.arguments[0])

@@ -19,7 +19,7 @@ from rosoclingo_console.model.board import Row
 _MOST_KEPT = 2000  # events, until the map is there
 _DIGITS = 2  # of metres
 _REQUEST = "bring"
-_NEWS = ("blocked", "unblocked")
+_NEWS = ("blocked", "unblocked", "at")
 
 
 class MapTable:
@@ -35,7 +35,7 @@ class MapTable:
     def set_graph(self, graph: Optional[Graph]) -> None:
         """The map is known; None if there is none."""
         self._graph = graph
-        self._situation = None if graph is None else MapSituation(graph.starts)
+        self._situation = None if graph is None else MapSituation(graph)
         kept, self._kept = list(self._kept), deque(maxlen=_MOST_KEPT)
         for event in kept:
             self.hear(event)

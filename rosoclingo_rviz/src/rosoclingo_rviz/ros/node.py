@@ -57,7 +57,7 @@ class MarkerNode:
         self._robot = parameters.text("robot_frame", "base_link")
         self._graph = read_graph(files)
         self._lock = threading.Lock()  # guards the situation, and keeps drawings in order
-        self._situation = MapSituation(self._graph.starts)
+        self._situation = MapSituation(self._graph)
         self._run = ""  # of which the situation has the actions' numbers
         self._markers = publisher("~markers", MarkerArray, latch=True, queue_size=10)
         self._publish()
