@@ -21,7 +21,7 @@ from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.store.database import Database
+from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.sqlite_store import SqliteStore
 from rosoclingo.store.store import Store
 from rosoclingo_interfaces.errors import LedgerError
@@ -122,6 +122,13 @@ class StoreDoor(FolderDoor):
     def valid(self) -> SearchStrategy[bytes]:
         """Returns a store with a log, or one that was closed."""
         return st.sampled_from(self._samples)
+
+    def check(self, err: Exception) -> None:
+        """Checks that the file is named, and that what the message says gets rid of it."""
+        super().check(err)
+        put_aside(self.folder / "a.store")
+        left = [one for one in ("", "-wal", "-shm") if (self.folder / f"a.store{one}").exists()]
+        assert not left, f"resume:=fresh leaves {left}"
 
     def read(self, data: bytes) -> None:
         """Writes file and log, and reads them."""

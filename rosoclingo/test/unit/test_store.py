@@ -153,6 +153,45 @@ def test_the_file_of_another_program(tmp_path: Path) -> None:
     assert file.read_text().startswith("a letter")
 
 
+@pytest.mark.parametrize(
+    "script",
+    [
+        "UPDATE seal SET number = 'x'",
+        "UPDATE mark SET bytes = 7",
+        "UPDATE mark SET bytes = 'a text of more than a sector, ' || hex(zeroblob(9000))",
+        "PRAGMA writable_schema = ON;"
+        "UPDATE sqlite_master SET sql = replace(sql, 'PRIMARY KEY', '') WHERE name = 'row'",
+        "PRAGMA writable_schema = ON;"
+        "UPDATE sqlite_master SET sql = CAST(x'435245415445d4d4d4' AS TEXT) WHERE name = 'mark'",
+    ],
+    ids=["number", "mark", "text", "schema", "bytes"],
+)
+def test_values_of_other_types(tmp_path: Path, script: str) -> None:
+    """A file whose pages are whole is refused, too, and what the message says helps."""
+    _, file = run_to(tmp_path, REQUESTS)
+    with contextlib.closing(sqlite3.connect(str(file))) as connection:
+        connection.executescript(script)
+    with pytest.raises(StoreError, match=r"a.store is damaged: .*resume:=fresh"):
+        Store(file)
+    aside = put_aside(file)
+    assert aside is not None
+    assert aside.exists()
+    with contextlib.closing(Store(file)) as store:
+        assert store.goals == {}
+
+
+def test_a_format_of_a_later_sqlite(tmp_path: Path) -> None:
+    _, file = run_to(tmp_path, REQUESTS)
+    sqlite3.connect(str(file)).close()  # which takes the log into the file
+    data = bytearray(file.read_bytes())
+    data[47] = 9  # of which SQLite knows those up to 4
+    file.write_bytes(data)
+    with pytest.raises(StoreError, match=r"a.store is damaged: .*resume:=fresh"):
+        Store(file)
+    assert put_aside(file) is not None
+    assert not file.exists()
+
+
 def test_a_store_of_another_version(tmp_path: Path) -> None:
     """It is refused with a sentence, and left as it is."""
     _, file = run_to(tmp_path, REQUESTS)

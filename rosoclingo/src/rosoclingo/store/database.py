@@ -95,7 +95,8 @@ class Database:
             log = _describe_log(path)
             self._connection = _connect(path)
         try:
-            self._open(most_pages, log)
+            with _intact(self.path):
+                self._open(most_pages, log)
         except BaseException:
             self._leave()
             raise
@@ -314,6 +315,12 @@ class Rows:
             self.delete(part, key)
 
 
+_MISFITS = (TypeError, ValueError, LookupError, OverflowError)
+"""All that Python raises at a damaged file whose pages are whole.
+
+A value may be of another type, and a message of SQLite's may quote bytes that are no text.
+"""
+
 _FRESH = "start with resume:=fresh, which keeps the file aside and begins anew"
 
 
@@ -383,6 +390,8 @@ def _is_complete(connection: sqlite3.Connection) -> bool:
         store, number = connection.execute("SELECT store, number FROM seal").fetchone()
     except sqlite3.OperationalError:  # it has another format
         return True
+    except _MISFITS:
+        return False
     return mark is None or (mark.store == store and mark.number <= number)
 
 
@@ -499,6 +508,8 @@ def _reserved(path: Path) -> Iterator[None]:
             except sqlite3.DatabaseError as err:
                 if not _is_damage(err):
                     raise
+            except _MISFITS:
+                pass
         yield
         connection.interrupt()  # a checkpoint, of a log that may not be its own
 
@@ -537,7 +548,17 @@ def _free_number(path: Path) -> int:
 
 def _is_damage(err: sqlite3.Error) -> bool:
     """Whether an error of SQLite says that the file is damaged, or no database."""
-    return "malformed" in str(err) or "not a database" in str(err)
+    words = ("malformed", "not a database", "unsupported file format")
+    return any(word in str(err) for word in words)
+
+
+@contextlib.contextmanager
+def _intact(path: Path) -> Iterator[None]:
+    """A context that converts what Python raises at a damaged file."""
+    try:
+        yield
+    except _MISFITS as err:
+        raise _damaged(path, f"its values are not those of a store ({err})") from err
 
 
 @contextlib.contextmanager
