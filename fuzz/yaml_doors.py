@@ -27,6 +27,9 @@ _BOMB = b"a: &a [x, x]\nb: &b [*a, *a, *a, *a, *a, *a, *a, *a]\n" + b"".join(
     b"%c: &%c [*%c, *%c, *%c, *%c, *%c, *%c, *%c, *%c]\n" % ((at, at) + (at - 1,) * 8)
     for at in range(ord("c"), ord("m"))
 )
+_DEEP = b"[&a0 1, %s]" % b", ".join(
+    b"&a%d %s*a%d%s" % (at, b"[" * 40, at - 1, b"]" * 40) for at in range(1, 80)
+)
 _WORDS = (
     b"&a ", b"*a", b"&a [*a]", b"<<: *a", b"? ", b"- ", b"--- ", b"...", b"%YAML 9.9\n", b"| ",
     b"> ",
@@ -36,6 +39,7 @@ _WORDS = (
     b".nan",
     b"2001-99-99", b"2001-01-01T99:99:99Z", b"190:20:30", b"=", b"<<", b"{", b"}", b"[", b"]",
     b", ",
+    b'"\\U00110000"', b'"\\UFFFFFFFF"', b"%YAML 1." + b"9" * 5000 + b"\n---\n", _DEEP,
     b"{a: 1, a: 2}", b"\xef\xbb\xbf", b'"\\0"', b'"\\ud800"', b'"\\x00"', b"~", b"~nobody/x",
     b"\xff\xfea", b"9" * 400, b"9" * 5000, b"-" * 3, b"a: " * 30, _BOMB, b"*l", b"on", b"1e400",
     b"/",

@@ -15,7 +15,7 @@ rosclingo.strict_yaml.StrictYamlError: line 2: a is there twice; remove or renam
 from __future__ import annotations
 
 import contextlib
-from typing import Any, Dict, Iterator, List, Type
+from typing import Any, Dict, Iterator, List, Tuple, Type
 
 import yaml
 
@@ -24,6 +24,7 @@ from rosclingo.errors import shorten
 _MERGE = "tag:yaml.org,2002:merge"  # <<, which names another mapping; names may come again
 _MOST = 200_000  # values, those of aliases each time
 _DEEPEST = 50  # levels of lists and mappings
+_TOO_DEEP = f"it is nested too deeply, in {_DEEPEST} levels"
 _LARGEST = 2**63  # no integer that anybody means
 # All that PyYAML's constructors raise at a text that does not fit its tag.
 _MISFITS = (ValueError, OverflowError, LookupError, AttributeError, TypeError)
@@ -51,8 +52,7 @@ class _BoundedDepth:
 
     def _check_depth(self: Any, depth: int) -> None:
         if depth >= _DEEPEST:
-            reason = f"it is nested too deeply, in {_DEEPEST} levels"
-            raise StrictYamlError(problem=reason, problem_mark=self.get_mark())
+            raise StrictYamlError(problem=_TOO_DEEP, problem_mark=self.get_mark())
 
 
 class Texts(_BoundedDepth, yaml.loader.BaseLoader):
@@ -111,6 +111,9 @@ def _reader(text: str, loader: Type[Any]) -> Iterator[Any]:
         made = loader(text)
         try:
             yield made
+        except (ValueError, OverflowError) as err:  # of escapes and versions with many digits
+            problem = f"{shorten(str(err))}; correct it"
+            raise StrictYamlError(problem=problem, problem_mark=made.get_mark()) from err
         finally:
             made.dispose()
     except StrictYamlError:
@@ -123,26 +126,32 @@ def _reader(text: str, loader: Type[Any]) -> Iterator[Any]:
 def _compose(loader: Any) -> Any:
     node = loader.get_single_node()
     if node is not None:
-        _count(node, {}, [])
+        _measure(node, {}, [])
     return node
 
 
-def _count(node: yaml.Node, known: Dict[int, int], around: List[int]) -> int:
-    """Counts the values in a node, those of aliases each time."""
+def _measure(
+    node: yaml.Node, known: Dict[int, Tuple[int, int]], around: List[int]
+) -> Tuple[int, int]:
+    """Returns how many values a node has, and in how many levels, those of aliases each time."""
     key = id(node)
     if key in around:
         raise _wrong(node, "it holds itself by an alias; write it without")
     if key not in known:
-        total = 1
+        total, levels = 1, 0
         if not isinstance(node, yaml.ScalarNode):
             around.append(key)
             for part in node.value:
                 for one in part if isinstance(part, tuple) else (part,):
-                    total += _count(one, known, around)
+                    more, below = _measure(one, known, around)
+                    total, levels = total + more, max(levels, below)
+            levels += 1
             around.pop()
         if total > _MOST:
             raise _wrong(node, f"aliases make more than {_MOST} values of it; write fewer")
-        known[key] = total
+        if levels > _DEEPEST:
+            raise _wrong(node, f"{_TOO_DEEP}, with its aliases")
+        known[key] = total, levels
     return known[key]
 
 

@@ -297,11 +297,21 @@ def test_wrong_parameters(terminals: Terminals) -> None:
     [
         (
             "_load_path:=*",
-            ["the parameter _load_path of the command line: '*' is no YAML: line 1: "],
+            ["the parameter _load_path of the command line, '*', is wrong as YAML: "],
         ),
-        ("_load_path:=[a", ["'[a' is no YAML: line 1: ", "in quotes", "_load_path:=\"'*'\""]),
-        ("_threads:=3000000000", ["_threads", "'3000000000' cannot be a parameter of ROS", "int"]),
-        ("_threads:=2026-11-28", ["_threads", "'2026-11-28' cannot be a parameter of ROS", "date"]),
+        (
+            "_load_path:=[a",
+            ["'[a', is wrong as YAML: line 1: ", "in quotes", "_load_path:=\"'*'\""],
+        ),
+        ('_load_path:="\\UFFFFFFFF"', ["_load_path", "is wrong as YAML: line 1: "]),
+        ("_threads:=3000000000", ["_threads", "'3000000000', cannot be a parameter of ROS", "int"]),
+        (
+            "_threads:=2026-11-28",
+            ["_threads", "'2026-11-28', cannot be a parameter of ROS", "date"],
+        ),
+        ("_threads:=null", ["_threads", "'null', cannot be a parameter of ROS", "None"]),
+        ('_threads:="\\x01"', ["_threads", "cannot be a parameter of ROS", "in quotes"]),
+        ('_threads:="\\ud800"', ["_threads", "cannot be a parameter of ROS", "in quotes"]),
         ("in:=a:=b", ["the word 'in:=a:=b' of the command line: expected := once"]),
         ("__master:=nowhere", ["the address of the ROS master", "nowhere", "http://localhost"]),
         ("__master:=ftp://nowhere", ["the address of the ROS master", "http://localhost"]),

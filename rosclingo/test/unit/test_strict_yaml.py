@@ -48,6 +48,8 @@ def test_values_as_pyyaml_has_them() -> None:
         ("[x", "expected ',' or ']'"),
         ("&x [*x]", "it holds itself by an alias; write it without"),
         ("&x {a: {b: *x}}", "it holds itself by an alias; write it without"),
+        (r'"\U00110000"', "correct it"),
+        (r'"\UFFFFFFFF"', "correct it"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_line(value: str, message: str) -> None:
@@ -71,6 +73,19 @@ def test_deep_nesting_ends_soon(read: Any, opening: str) -> None:
     with pytest.raises(yaml.YAMLError, match="line 2: it is nested too deeply"):
         read("- a\n- " + opening * 50_000)
     assert time.process_time() - began < SECONDS
+
+
+@pytest.mark.parametrize("read", [load, compose])
+def test_aliases_do_not_nest_deeper(read: Any) -> None:
+    levels = [f"&a{n} {'[' * 40}*a{n - 1}{']' * 40}" for n in range(1, 40)]
+    with pytest.raises(yaml.YAMLError, match=r"line 1: it is nested too deeply, in 50 levels"):
+        read(f"[&a0 x, {', '.join(levels)}]")
+    assert read("[&a [[[[x]]]], [[[[*a]]]]]") is not None
+
+
+def test_a_version_of_many_digits() -> None:
+    with pytest.raises(yaml.YAMLError, match=r"line 1: .*correct it"):
+        load(f"%YAML 1.{'9' * 5000}\n---\nx")
 
 
 def test_indentation_nests_as_brackets_do() -> None:

@@ -11,6 +11,7 @@ import time
 import xmlrpc.client
 from types import FrameType
 from typing import Callable, NoReturn, Optional, Sequence
+from xml.parsers.expat import ExpatError
 
 import rosgraph
 import rospy
@@ -84,25 +85,30 @@ def _check_parameters(arguments: Sequence[str]) -> None:
                 f"the word {shorten(argument)!r} of the command line: expected := once"
             )
         name, text = (part.strip() for part in argument.split(rosgraph.names.REMAP))
-        if not name.startswith("_") or name.startswith("__"):
+        if not text or len(name) < 2 or name[0] != "_" or name[1] == "_":  # as rospy has it
             continue
-        place = f"the parameter {name} of the command line: {shorten(text)!r}"
+        place = f"the parameter {name} of the command line, {shorten(text)!r}"
         try:
-            xmlrpc.client.dumps((strict_yaml.load(text),), allow_none=True)
+            value = strict_yaml.load(text)
         except yaml.YAMLError as err:
             raise ParameterError(
-                f"{place} is no YAML: {err}; YAML wants a text like this in quotes, and so does "
-                f"the shell, as in {name}:=\"'*'\""
+                f"{place}, is wrong as YAML: {err}. A text with signs of YAML is in quotes for "
+                f"YAML, and then for the shell, as in {name}:=\"'*'\""
             ) from err
-        except (TypeError, OverflowError) as err:
-            raise ParameterError(f"{place} cannot be a parameter of ROS: {err}") from err
+        try:
+            xmlrpc.client.loads(xmlrpc.client.dumps((value,)).encode())
+        except (TypeError, ValueError, OverflowError, ExpatError) as err:
+            raise ParameterError(
+                f"{place}, cannot be a parameter of ROS: {err}. If it is a text, it is in quotes "
+                f"for YAML, and then for the shell, as in {name}:=\"'2026-01-01'\""
+            ) from err
 
 
 def _wait_for_master() -> None:
     """Waits until there is a master.
 
     Raises:
-        ParameterError: Its address is none.
+        ParameterError: Its address is invalid.
     """
     try:
         uri = rosgraph.get_master_uri()
