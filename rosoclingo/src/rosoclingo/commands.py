@@ -58,7 +58,7 @@ class ROSCommands:
 
     def _missing_steps(self, last: int) -> List[int]:
         """Returns the steps that are to be grounded for a horizon."""
-        self.state.waiting.tell_progress(self.state.horizon)
+        self.state.waiting.tell_progress(self.state.horizon, self.planner.last_horizon)
         first = last if self.planner.needed is None else 1
         return [
             step for step in range(first, last + 1) if step not in self.state.externals.grounded

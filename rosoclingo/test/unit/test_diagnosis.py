@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any, Callable
 
 import pytest
-from conftest import PACKAGE, Make, RecordedGoal, System
+from conftest import HARD, PACKAGE, Make, RecordedGoal, System
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import Input, Moment
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.errors import LoopError
-from rosoclingo.loop import diagnosis, search
+from rosoclingo.loop import diagnosis, waiting
 
 LINES = {name: str(PACKAGE / f"example/line{name}.lp") for name in ("", "_1.0", "_paper")}
 LINE = LINES[""]
@@ -142,24 +142,39 @@ def test_only_the_goal_that_cannot_be_reached_ends_in_one_node(ruled_alone: Make
     assert made.goal("visit(2)").wait() == "succeeded"
 
 
+@pytest.mark.parametrize("one_by_one_seconds", [0.0, 0.1])
 def test_a_search_without_a_last_step_says_so(
-    ruled_alone: Make, monkeypatch: pytest.MonkeyPatch
+    ruled_alone: Make, monkeypatch: pytest.MonkeyPatch, one_by_one_seconds: float
 ) -> None:
-    monkeypatch.setattr(search, "_ENDLESS_SECONDS", -1.0)
-    made = ruled_alone(ISLAND).start()
-    goal = made.goal("visit(6)")
+    """Whether horizons are searched one by one or in turn; once, and again for the next goal."""
+    monkeypatch.setattr(waiting, "_ENDLESS_SECONDS", 1.0)
+    made = ruled_alone(ISLAND, one_by_one_seconds=one_by_one_seconds).start()
+    for number, request in enumerate(("visit(6)", "visit(5)"), 1):
+        goal = made.goal(request)
+        made.world.wait_for(lambda world, number=number: len(world.warnings) == number)
+        warning = made.world.warnings[-1]
+        assert re.match(rf"no plan for {re.escape(request)} after \d+ s\. There is no", warning)
+        assert "-c steps=N" in warning
+        made.cancel(goal)
+        assert goal.wait() == "canceled"
+    assert len(made.world.warnings) == 2
+
+
+def test_a_search_that_stays_at_a_horizon_says_so(
+    single: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(waiting, "_ENDLESS_SECONDS", 1.0)
+    (tmp_path / "hard.lp").write_text(HARD)
+    made = single(str(tmp_path / "hard.lp"), one_by_one_seconds=0.0).start()
+    made.goal("hard")
     made.world.wait_for(lambda world: bool(world.warnings))
-    assert re.match(r"no plan within 0 steps for visit\(6\), after \d+ s", made.world.warnings[0])
-    assert "-c steps=N" in made.world.warnings[0]
-    made.cancel(goal)
-    assert goal.wait() == "canceled"
-    assert len(made.world.warnings) == 1
+    assert "no plan for hard after" in made.world.warnings[0]
 
 
 def test_a_search_with_a_last_step_does_not(
     ruled_alone: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(search, "_ENDLESS_SECONDS", -1.0)
+    monkeypatch.setattr(waiting, "_ENDLESS_SECONDS", -1.0)
     made = ruled_alone(ISLAND, "-c", "steps=6").start()
     assert made.goal("visit(6)").wait() == "aborted"
     assert not any("last step" in warning for warning in made.world.warnings)

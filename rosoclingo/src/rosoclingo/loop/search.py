@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import time
 from typing import ContextManager
 
@@ -17,7 +16,6 @@ from rosoclingo.loop.values.added import HAS, SEEN
 from rosoclingo.loop.values.atoms import Plan, query
 from rosoclingo.loop.values.ids import why_no_actuator
 
-_ENDLESS_SECONDS = 30.0  # of searching without a last horizon, after which that is said
 _FIRST_DOUBT = 8  # searches without a plan, after which the program itself is looked at
 
 
@@ -46,7 +44,6 @@ def search(state: State) -> None:
         state.failures = 0  # there is a plan, for a horizon farther away
     elif outcome.result is Result.UNSAT:
         state.failures += 1
-        _warn_if_endless(state)
         if _is_in_doubt(state) and diagnosis.mend_contradiction(state):
             state.result = None  # search again
 
@@ -140,22 +137,6 @@ def _is_in_doubt(state: State) -> bool:
     after_message, state.after_message = state.after_message, False
     failures = state.failures
     return after_message or (failures >= _FIRST_DOUBT and not failures & (failures - 1))
-
-
-def _warn_if_endless(state: State) -> None:
-    """Warns once in a run that nothing ends the search if a goal cannot be reached."""
-    begin = state.monitor.planning_since
-    if begin is None or state.planner.last_horizon != math.inf:
-        return
-    seconds = time.monotonic() - begin
-    if seconds > _ENDLESS_SECONDS:
-        requests = ", ".join(shorten(goal.request) for goal in state.goals.open)
-        state.warn_once(
-            "endless search",
-            f"no plan within {state.horizon} steps for {shorten(requests) or 'the program'}, after "
-            f"{seconds:.0f} s. There is no last step: until there is a plan, or a goal is "
-            "cancelled, the search takes time and memory. -c steps=N sets a last step",
-        )
 
 
 def _look(state: State, outcome: Outcome) -> None:

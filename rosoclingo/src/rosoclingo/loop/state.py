@@ -276,7 +276,7 @@ class State(Progress):
 
     def interrupted(self) -> bool:
         """Whether an input has to end the search; gives feedback now and then that it runs."""
-        self.waiting.tell_progress(self.horizon)
+        self.waiting.tell_progress(self.horizon, self.planner.last_horizon)
         self.watchdog.look()
         self.mail.take(controls=False)  # the planner cannot be asked
         self.poll()

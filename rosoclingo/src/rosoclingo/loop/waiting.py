@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
-from typing import Callable
+from typing import Callable, Optional
 
+from rosclingo.errors import shorten
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.execution.watchdog import ExecutionWatchdog
@@ -18,6 +20,7 @@ from rosoclingo.loop.values.goals import Goals
 LOOK_SECONDS = 1.0
 """How often solvers are checked, while waiting."""
 
+_ENDLESS_SECONDS = 30.0  # of a search without a last horizon, after which a warning is logged
 _SILENT_SECONDS = 1.0  # how long the goals hear nothing while a plan is searched for
 
 
@@ -52,6 +55,7 @@ class Waiting:
     reminded: bool = False
     _stops: bool = False
     _look_at: float = 0.0  # when it is time to look again
+    _warned_of: Optional[float] = None  # the beginning of the search that may have no end
 
     def wait(self, step: int, improve: Callable[[], bool]) -> None:
         """Waits for an input that the controller does not know of.
@@ -183,8 +187,26 @@ class Waiting:
             self.mail.wait(LOOK_SECONDS)
         raise ShutdownError(Reason.SHUTDOWN)
 
-    def tell_progress(self, horizon: int) -> None:
-        """Tells the goals how far the planner is, once they have waited for a while."""
+    def tell_progress(self, horizon: int, last: Optional[float]) -> None:
+        """Tells the goals how far the planner is, once they have waited for a while.
+
+        Warns once in a search, which may last for many horizons, that it may have no end.
+
+        Args:
+            horizon: The horizon at which it searches.
+            last: The last one at which it may search; infinite if there is none, None if unknown.
+        """
         begin = self.monitor.planning_since
-        if begin is not None and time.monotonic() - begin > _SILENT_SECONDS:
+        if begin is None:
+            return
+        seconds = time.monotonic() - begin
+        if seconds > _SILENT_SECONDS:
             self.goals.tell(f"planning, horizon {horizon}")
+        if seconds > _ENDLESS_SECONDS and last == math.inf and self._warned_of != begin:
+            self._warned_of = begin
+            requests = shorten(", ".join(goal.request for goal in self.goals.open))
+            self.environment.warn(
+                f"no plan for {requests or 'the program'} after {seconds:.0f} s. There is no last "
+                "step: until there is a plan, or a goal is cancelled, the search takes time and "
+                "memory. -c steps=N sets a last step"
+            )
