@@ -8,7 +8,7 @@ import shutil
 import struct
 import tempfile
 from pathlib import Path
-from typing import Any, List, Sequence
+from typing import Any, List, Sequence, Tuple
 
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
@@ -16,9 +16,10 @@ from hypothesis.strategies import SearchStrategy
 from fuzzing import Door
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.errors import StoreError
+from rosoclingo.errors import PlannerError, StoreError
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import MessageArrived
+from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.store.database import Database, put_aside
@@ -62,14 +63,20 @@ class FolderDoor(Door):
         assert str(self.folder) in str(err), str(err)
 
 
-def _run(file: Path) -> Store:
-    """Returns the store of a run that goes on."""
-    store = Store(file)
+def _begin(store: Store) -> Tuple[Inbox, Loop]:
+    """Begins the run in a store, or goes on with it."""
     durability = SqliteStore(store, lambda: _STARTED_WITH)
     parts = make_parts("dynamic.incremental.recording", Options((f"{EXAMPLES}/line.lp",)))
     inbox = Inbox()
     loop = parts.loop(inbox, _Robot(inbox), durability=durability)
     durability.resume(loop.state, lambda _: Goal("a").client)
+    return inbox, loop
+
+
+def _run(file: Path) -> Store:
+    """Returns the store of a run that goes on."""
+    store = Store(file)
+    inbox, loop = _begin(store)
     inbox.put(Goal("visit(2)", ("first",), "one"))
     inbox.put(Goal("visit(7)", (), "three"))
     loop.prepare()
@@ -80,7 +87,7 @@ def _run(file: Path) -> Store:
     return store
 
 
-def _read(file: Path) -> None:
+def _read(file: Path, *, resumes: bool = False) -> None:
     """Reads all of a store, as a node does that goes on, and writes to it."""
     store = Store(file)
     try:
@@ -89,6 +96,8 @@ def _read(file: Path) -> None:
         store.inputs(goals.get)
         if store.snapshot is not None:
             store.check(_STARTED_WITH)
+        if resumes:
+            _begin(store)[1].prepare()
         store.begin(_STARTED_WITH)
     finally:
         store.close()
@@ -152,7 +161,7 @@ class RowDoor(FolderDoor):
         b'"pending"', b'"accepted"', b'["goal","one","visit(1)",[],0.0]', b"\\u0000", b'","',
         b'","1',
     )  # fmt: skip
-    errors = (StoreError,)
+    errors = (StoreError, PlannerError)
     inputs = 200
 
     def __init__(self) -> None:
@@ -169,6 +178,13 @@ class RowDoor(FolderDoor):
         ]
         store.close()
         return self
+
+    def check(self, err: Exception) -> None:
+        """Checks that the file is named, or what begins anew if the planner cannot go on."""
+        if isinstance(err, StoreError):
+            super().check(err)
+        else:
+            assert "resume:=fresh" in str(err), str(err)
 
     def valid(self) -> SearchStrategy[bytes]:
         """Returns the rows of a run, of which some are damaged."""
@@ -201,7 +217,7 @@ class RowDoor(FolderDoor):
         with contextlib.closing(Database(file)) as database, database.transaction() as changed:
             for part, key, value in texts:
                 changed.put(part, key, value)
-        _read(file)
+        _read(file, resumes=True)
 
 
 class LedgerDoor(FolderDoor):

@@ -16,7 +16,10 @@ import pytest
 from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.errors import StoreError
+from rosoclingo.loop.durability import KnownGoal
 from rosoclingo.loop.journal import MessageArrived, NodeResumed
+from rosoclingo.ros.goal_statuses import sender_of, status_of
 
 pytestmark = pytest.mark.costly
 
@@ -351,3 +354,11 @@ def test_a_full_disk(terminals: Terminals, tmp_path: Path) -> None:
     assert client.wait() == 0
     assert client.output.splitlines()[-1] == "ends ['SUCCEEDED']"
     assert "another end" not in client.output
+
+
+@pytest.mark.parametrize("address", ["[", "7", "[1,2]", '["a",-5,0]', '["a",1e999,0]', "[" * 9999])
+def test_an_address_that_this_version_does_not_write(address: str) -> None:
+    known = KnownGoal("g", "visit(1)", address=address)
+    for read in (sender_of, status_of):
+        with pytest.raises(StoreError, match=r"the goal g with an address .*resume:=fresh"):
+            read(known)

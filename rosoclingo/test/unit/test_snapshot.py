@@ -185,6 +185,8 @@ SAMPLE = Sample((Part("p", ("1", "f(a)")),), (("a", True),), Result.SAT, 1.5)
 def test_a_snapshot_as_text() -> None:
     assert decode(Sample, encode(SAMPLE)) == SAMPLE
     assert decode(Sample, encode(replace(SAMPLE, result=None, number=2))).number == 2
+    endless = replace(SAMPLE, number=float("inf"))  # as the last horizon of Algorithm 1
+    assert decode(Sample, encode(endless)) == endless
 
 
 @pytest.mark.parametrize(
@@ -196,6 +198,7 @@ def test_a_snapshot_as_text() -> None:
         ("pairs", [["a", 1]], r"Sample.pairs\[0\]\[1\]: expected bool: 1"),
         ("result", "MAYBE", "MAYBE"),
         ("number", "1", "Sample.number: expected float: '1'"),
+        ("number", 10**400, "Sample.number: expected float: 1000"),
     ],
 )
 def test_a_text_that_is_no_snapshot(place: str, value: object, reason: str) -> None:

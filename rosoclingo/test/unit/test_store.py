@@ -22,6 +22,7 @@ from rosclingo.errors import ServiceError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
+from rosoclingo.desk.parts import SINGLE
 from rosoclingo.errors import PlannerError, StoreError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.started_with import started_with
@@ -215,6 +216,12 @@ def test_a_store_of_another_version(tmp_path: Path) -> None:
         *(("journal", "1", value) for value in ("", "[]", '["late", 0, 0, "goal", "", "", [], 0]')),
         ("journal", "1", '[0, 0, 0, "goal", "", "", 7, 0]'),
         ("journal", "1", '[0, 0, 1e999, "goal", "", "", [], 0]'),
+        *(
+            ("journal", "1", f'[{time}, 0, 0, "goal", "", "", [], 0]')
+            for time in ("1e999", "NaN", -1)
+        ),
+        ("journal", "9" * 12, '[0, 0, 0, "goal", "", "", [], 0]'),
+        ("journal", "1", '[0, 0, 0, "goal", 7, "", [], 0]'),
         ("journal", "1", f'[0, 0, 0, "goal", "", "", [], {"9" * 400}]'),
         ("journal", "first", '[0, 0, 0, "goal", "", "", [], 0]'),
         *(("input", "1", value) for value in ("", "[]", '["plan", "", "", [], 0]')),
@@ -240,6 +247,28 @@ def test_rows_that_this_version_does_not_write(
         use()
     assert str(file) in str(caught.value)
     assert len(str(caught.value)) < 1000
+
+
+@pytest.mark.parametrize("mode", [RECORDING, SINGLE])
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("controller ", '"["'),
+        ("controller ", '"7"'),
+        ("state.executions.clock ", "9" * 400),
+        ("state.mail.held ", '["["]'),
+        ("state.mail.held ", '["[\\"cancel\\", \\"nobody\\", \\"\\", [], 0.0]"]'),
+    ],
+)
+def test_a_state_that_this_version_does_not_write(
+    tmp_path: Path, mode: str, key: str, value: str
+) -> None:
+    runs, file = run_to(tmp_path, REQUESTS, mode=mode)
+    with contextlib.closing(Database(file)) as database, database.transaction() as rows:
+        assert key in database.read("state")
+        rows.put("state", key, value)
+    with pytest.raises(StoreError, match=r"written by another version.*resume:=fresh"):
+        runs.run(World(REQUESTS), file=file)
 
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:

@@ -98,6 +98,19 @@ def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> 
     assert "Traceback" not in node.output
 
 
+def test_check_live_without_an_address_of_a_master(terminals: Terminals) -> None:
+    uri, terminals.environment["ROS_MASTER_URI"] = (
+        terminals.environment["ROS_MASTER_URI"],
+        "nowhere",
+    )
+    check = terminals.start(
+        "rosrun", "rosoclingo", "check.py", str(LINE), "--episodes", "0", "--live"
+    )
+    assert check.wait() == 2
+    assert "--live: the address of the ROS master, ROS_MASTER_URI, is wrong" in check.output
+    assert "Traceback" not in check.output
+
+
 @pytest.mark.install_space
 def test_the_launch_file(terminals: Terminals, node: Terminal) -> None:
     launch = terminals.start(

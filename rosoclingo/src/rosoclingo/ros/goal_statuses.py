@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from typing import Tuple
 
 import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
 
+from rosclingo.errors import shorten
+from rosoclingo.errors import StoreError
 from rosoclingo.loop.durability import KnownGoal
 from rosoclingo.loop.journal import Status, StatusSet
 from rosoclingo.msg import ROSoClingoResult
@@ -22,6 +25,7 @@ _TERMINAL = {
     Status.ABORTED: GoalStatus.ABORTED,
 }
 _NOBODY = '["", 0, 0]'
+_MOST_SECONDS = 2**32  # of the stamp of a message
 
 
 def apply_status(handle: actionlib.ServerGoalHandle, change: StatusSet) -> None:
@@ -41,12 +45,20 @@ def address_of(handle: actionlib.ServerGoalHandle) -> str:
 
 
 def sender_of(known: KnownGoal) -> str:
-    """Returns the node that has sent a stored goal; empty if that is not known."""
-    return str(json.loads(known.address or _NOBODY)[0])
+    """Returns the node that has sent a stored goal; empty if that is not known.
+
+    Raises:
+        StoreError: The address is not one of :func:`address_of`.
+    """
+    return _read_address(known)[0]
 
 
 def status_of(known: KnownGoal) -> GoalStatus:
-    """Returns the status of a stored goal for those who have sent it."""
+    """Returns the status of a stored goal for those who have sent it.
+
+    Raises:
+        StoreError: The address is not one of :func:`address_of`.
+    """
     if known.status is Status.CANCELED:
         status = GoalStatus.PREEMPTED if known.accepted else GoalStatus.RECALLED
     elif known.status.is_terminal:
@@ -55,5 +67,19 @@ def status_of(known: KnownGoal) -> GoalStatus:
         status = GoalStatus.PREEMPTING if known.accepted else GoalStatus.RECALLING
     else:
         status = GoalStatus.ACTIVE if known.accepted else GoalStatus.PENDING
-    _, seconds, nanoseconds = json.loads(known.address or _NOBODY)
-    return GoalStatus(GoalID(rospy.Time(seconds, nanoseconds), known.id), status, known.reason)
+    return GoalStatus(GoalID(_read_address(known)[1], known.id), status, known.reason)
+
+
+def _read_address(known: KnownGoal) -> Tuple[str, rospy.Time]:
+    try:
+        sender, seconds, nanoseconds = json.loads(known.address or _NOBODY)
+        stamp = rospy.Time(seconds, nanoseconds)
+        if stamp.secs >= _MOST_SECONDS:
+            raise ValueError(f"{stamp.secs} s")
+        return str(sender), stamp
+    except (TypeError, ValueError, OverflowError, RecursionError) as err:
+        raise StoreError(
+            f"the store has the goal {shorten(known.id)} with an address that this version of "
+            f"rosoclingo does not write: {shorten(str(err))}; start the version that has written "
+            "it, or start with resume:=fresh, which keeps the file aside"
+        ) from err

@@ -22,9 +22,15 @@ def look() -> Dict[str, Launched]:
     Takes as long as nodes that are registered and do not answer: 5 s each.
 
     Raises:
-        LiveError: There is no ROS master.
+        LiveError: There is no ROS master, or its address is invalid.
     """
-    if not rosgraph.is_master_online():
+    try:
+        is_online = rosgraph.is_master_online()
+    except (ValueError, OSError) as err:
+        raise LiveError(
+            f"--live: the address of the ROS master, ROS_MASTER_URI, is wrong: {err}"
+        ) from err
+    if not is_online:
         raise LiveError(
             f"--live: there is no ROS master at {rosgraph.get_master_uri()}; start the system"
         )

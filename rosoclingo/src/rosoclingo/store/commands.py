@@ -15,7 +15,7 @@ import time
 from dataclasses import dataclass
 from typing import Callable, Iterable, Iterator, List, Optional, Sequence, TypeVar
 
-from rosclingo.errors import ServiceError, SolverEndedError
+from rosclingo.errors import ServiceError, SolverEndedError, XmlError
 from rosclingo.wire import commands as wire
 from rosclingo.wire.xml_codec import decode_commands, encode_commands
 from rosoclingo.errors import PlannerError
@@ -150,13 +150,20 @@ class RecordedSolver(Forwarding):
     def _restore(self) -> None:
         texts = [*self._written(), *(encode_commands([one]) for one in self._new)]
         for batch in _batches(texts):
-            commands = [one for text in batch for one in decode_commands(text)]
+            try:
+                commands = [one for text in batch for one in decode_commands(text)]
+            except XmlError as err:
+                raise _not_restored(f"the store has no command: {err}") from err
             failure = super().run(commands).failure
             if failure is not None:
-                raise PlannerError(
-                    f"the planner cannot be made what it was: it refused <{failure.command}>: "
-                    f"{failure.message}; start with resume:=fresh, which begins anew"
-                )
+                raise _not_restored(f"it refused <{failure.command}>: {failure.message}")
+
+
+def _not_restored(reason: str) -> PlannerError:
+    return PlannerError(
+        f"the planner cannot be made what it was: {reason}; start with resume:=fresh, which begins "
+        "anew"
+    )
 
 
 def write(rows: Rows, commands: Sequence[wire.Command], *, shortens: bool) -> None:

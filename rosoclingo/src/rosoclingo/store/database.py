@@ -315,7 +315,7 @@ class Rows:
             self.delete(part, key)
 
 
-_MISFITS = (TypeError, ValueError, LookupError, OverflowError)
+_MISFITS = (TypeError, ValueError, LookupError, OverflowError, RecursionError)
 """All that Python raises at a damaged file whose pages are whole.
 
 A value may be of another type, and a message of SQLite's may quote bytes that are no text.

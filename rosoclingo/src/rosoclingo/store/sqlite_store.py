@@ -168,7 +168,14 @@ class SqliteStore(Durability):
 
         How a goal has ended is what the store says of it: another thread may have recalled it, or
         it was rejected in a search, after the snapshot.
+
+        Raises:
+            StoreError: The store has what this version does not understand.
         """
+        with self.store.understood():
+            return self._resume(state, client)
+
+    def _resume(self, state: State, client: Callable[[KnownGoal], GoalClient]) -> Dict[str, Goal]:
         self._state = state
         known = self.store.goals
         events = (record.event for record in self.store.records)
@@ -248,7 +255,8 @@ class SqliteStore(Durability):
             self.store.begin(started_with)
             self._is_unsure = False
             return False
-        self.retry(lambda: controller.restore(saved.controller))
+        with self.store.understood():
+            self.retry(lambda: controller.restore(saved.controller))
         self._planner.restore()
         self.store.snapshot = None
         self._is_unsure = False

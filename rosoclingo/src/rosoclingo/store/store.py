@@ -34,6 +34,8 @@ _ENDED = "ended"
 _STARTED_WITH = "started with"
 _MOST_EVENTS = 2_000  # of the journal; as many as the node's topic has for late subscribers
 _DRAINED_SECONDS = 2.0  # so long after it was published, a result has left the process for sure
+_Row: Any = Tuple[float, int, int, str, str, str, Tuple[str, ...], float]
+"""An event of the journal: its time, step and horizon, and its ``Fields``."""
 _MOST_ENDED = 1_000  # goals of which it is known how they have ended; as many as the node knows
 
 
@@ -187,7 +189,7 @@ class Store:
         return sorted(ended, key=lambda one: one.time)
 
     @contextlib.contextmanager
-    def _understood(self) -> Iterator[None]:
+    def understood(self) -> Iterator[None]:
         """A context that converts all that rows raise which another version, or nobody, writes."""
         try:
             yield
@@ -201,7 +203,7 @@ class Store:
             ) from err
 
     def _read_goals(self) -> Dict[str, KnownGoal]:
-        with self._understood():
+        with self.understood():
             return {key: _goal(key, value) for key, value in self._database.read(_GOAL).items()}
 
     def _read_snapshot(self) -> Optional[LoopSnapshot]:
@@ -209,7 +211,7 @@ class Store:
         if not rows:
             return None
         pairs = {tuple(key.split(" ", 1)): value for key, value in rows.items()}
-        with self._understood():
+        with self.understood():
             snapshot = read(LoopSnapshot, pairs)  # type: ignore[arg-type]
         # What is written is what was read, so that the next snapshot differs little.
         self._fields.changes(read(LoopSnapshot, pairs))  # type: ignore[arg-type]
@@ -230,7 +232,7 @@ class Store:
         Returns:
             Pairs of number and item; an item of a goal that is of no interest is None.
         """
-        with self._understood():
+        with self.understood():
             return [
                 (int(number), _item(value, goals))
                 for number, value in self._database.read(_INPUT).items()
@@ -239,14 +241,14 @@ class Store:
     @property
     def unsent(self) -> Dict[str, Tuple[str, str]]:
         """Actuators and actions that may not have been published, by their keys, in order."""
-        with self._understood():
+        with self.understood():
             pairs = ((key, json.loads(out)) for key, out in self._database.read(_OUT).items())
             return {key: (_text(actuator), _text(action)) for key, (actuator, action) in pairs}
 
     @property
     def records(self) -> List[Entry]:
         """The journal's last events."""
-        with self._understood():
+        with self.understood():
             return [_record(int(n), value) for n, value in self._database.read(_JOURNAL).items()]
 
     # What is written.
@@ -266,7 +268,7 @@ class Store:
         Raises:
             StoreError: It is something else; the message says what.
         """
-        with self._understood():
+        with self.understood():
             old = dict(json.loads(self._database.read(_RUN).get(_STARTED_WITH, "{}")))
         differs = [
             f"{what} was {old.get(what, 'not there')} and is {started_with.get(what, 'not there')}"
@@ -393,9 +395,10 @@ def _unsure_since(records: Sequence[Entry]) -> float:
 
 
 def _record(number: int, text: str) -> Entry:
-    seconds, step, horizon, *fields = json.loads(text)
-    event = journal.decode(JournalFields(*fields))
-    return Entry(event, int(step), int(horizon), number, float(seconds))
+    seconds, step, horizon, *fields = remade(_Row, json.loads(text))
+    if not all(0 <= one < 2**32 for one in (number, step, horizon, seconds)):  # as in a message
+        raise ValueError(f"{text:.80} is no event")
+    return Entry(journal.decode(JournalFields(*fields)), step, horizon, number, seconds)
 
 
 def _item(text: str, goals: Callable[[str], Optional[Goal]]) -> Optional[Item]:

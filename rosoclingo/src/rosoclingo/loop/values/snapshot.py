@@ -19,6 +19,7 @@ import dataclasses
 import enum
 import functools
 import json
+import sys
 from collections import deque
 from typing import (
     Any,
@@ -105,7 +106,7 @@ def remade(kind: Type[T], value: Any) -> T:
     Raises:
         ValueError: The value is not one of such a snapshot; the message says where it differs.
     """
-    made: T = _decode(kind, value, kind.__name__)
+    made: T = _decode(kind, value, getattr(kind, "__name__", "value"))
     return made
 
 
@@ -133,6 +134,7 @@ def _decode(kind: Any, value: Any, place: str) -> Any:
         return origin(_decode(k, v, f"{place}[{i}]") for i, (k, v) in enumerate(zip(kinds, value)))
     if isinstance(kind, type) and issubclass(kind, enum.Enum):
         return kind(value)
-    if type(value) is not kind and not (kind is float and type(value) is int):
+    is_whole = kind is float and type(value) is int and abs(value) <= sys.float_info.max
+    if type(value) is not kind and not is_whole:
         raise ValueError(f"{place}: expected {kind.__name__}: {value!r:.200}")
     return value
