@@ -5,6 +5,8 @@ Needs a sourced workspace, Chromium and Selenium; ``scripts/test browser`` runs 
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 from typing import Iterator
 
@@ -20,11 +22,16 @@ BAGS = Path(__file__).resolve().parents[3] / "test" / "bags"
 BAG = BAGS / "mailbot_dynamic_reset.bag"
 SEEN = ("observes(d,failure,1)", "is_about(d,1,r,go(4))")
 SHUT = (*SEEN, "belief(1,2,shut)", "speaks_for(shut,d,1)")
-OVERLAPS = """const texts = [...document.querySelectorAll('#picture text')];
+SEEK = """const one = document.getElementById('position'); one.value = one.max * {};
+    one.dispatchEvent(new Event('input')); one.dispatchEvent(new Event('change'))"""
+HIDDEN = """const texts = [...document.querySelectorAll('#picture text')];
     const all = texts.map((one) => [one.textContent, one.getBoundingClientRect()]);
     const meet = (a, b) => a.x < b.right && b.x < a.right && a.y < b.bottom && b.y < a.bottom;
-    return all.flatMap(([a, at], i) => all.slice(i + 1)
-        .filter(([, other]) => meet(at, other)).map(([b]) => `${a} and ${b}`))"""
+    const frame = document.getElementById('picture').getBoundingClientRect();
+    const leaves = (at) => at.x < frame.x - 1 || at.y < frame.y - 1 ||
+        at.right > frame.right + 1 || at.bottom > frame.bottom + 1;
+    return all.flatMap(([a, at], i) => [...(leaves(at) ? [a] : []), ...all.slice(i + 1)
+        .filter(([, other]) => meet(at, other)).map(([b]) => `${a} and ${b}`)])"""
 HEADER = 8192  # bytes: a bag of so many has messages
 HOSTILE = (
     '"<img src=x onerror=hacked=1><script>hacked=1</script>\' onclick=hacked=1 javascript:hacked=1"'
@@ -174,17 +181,22 @@ def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
 
 
 @pytest.mark.costly
-def test_nothing_can_be_done_with_a_run_that_has_ended(browser: Browser, shown: Shown) -> None:
+def test_nothing_can_be_done_with_a_run_without_contact(browser: Browser, shown: Shown) -> None:
     node = shown.start_system("_ask_before:=go(3)")
     browser.show(shown.start_console())
     browser.request("visit(3)")
     browser.sees("acts", "#actuators .badge")
-    acting = "#actuators button, #control button:not(.record), #goals button, .ask button"
-    wait_for(lambda: any(button.is_enabled() for button in browser.find("#actuators button")))
-    node.interrupt()
-    browser.sees("has ended", "#systems")
+    browser.sees("Cancel", "#goals li.open button")
+    browser.sees("Why", "#plan button")
+    acting = (
+        "#actuators button, #control button:not(.record), #goals button, #plan button, .ask button"
+    )
+    wait_for(lambda: any(button.is_enabled() for button in browser.find("#goals button")))
+    os.killpg(node.process.pid, signal.SIGKILL)  # its goal stays open
+    browser.sees("no contact", "#systems")
     wait_for(lambda: not any(button.is_enabled() for button in browser.find(acting)))
-    assert browser.find("#actuators button", "Hold robot")
+    for css in ("#actuators button", "#goals li.open button", "#plan button"):
+        assert browser.find(css)
 
 
 @pytest.mark.costly
@@ -297,16 +309,20 @@ def test_a_recorded_run(browser: Browser, shown: Shown) -> None:
 
 
 @pytest.mark.costly
-def test_no_text_on_the_map_hides_another(browser: Browser, shown: Shown) -> None:
-    """Of a plan in an office; at their first places, two texts would."""
-    browser.show(shown.start_bag(BAGS / "scenario3_dyn_reset.bag"))
+@pytest.mark.parametrize("name", ["scenario1_dyn_reset", "scenario3_dyn_reset"])
+def test_no_text_on_the_map_hides_another(browser: Browser, shown: Shown, name: str) -> None:
+    """Nor leaves the picture, at any time of a run in an office, and after a reload."""
+    browser.show(shown.start_bag(BAGS / f"{name}.bag"))
     browser.sees("recorded", "#link")
-    half = "const one = document.getElementById('position'); one.value = one.max / 2;"
-    browser.run(
-        half + "one.dispatchEvent(new Event('input')); one.dispatchEvent(new Event('change'))"
-    )
-    wait_for(lambda: browser.run("return document.querySelectorAll('#picture text').length") > 30)
-    assert browser.run(OVERLAPS) == []
+    time = browser.driver.find_element(By.ID, "time")
+    for part in (0.0, 0.25, 0.5, 0.75):
+        before = time.text
+        browser.run(SEEK.format(part))
+        wait_for(lambda before=before: time.text != before)
+        assert browser.run(HIDDEN) == []
+    browser.driver.refresh()
+    wait_for(lambda: browser.run("return document.querySelectorAll('#picture text').length") > 20)
+    assert browser.run(HIDDEN) == []
 
 
 @pytest.mark.costly

@@ -99,10 +99,7 @@ def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> 
 
 
 def test_check_live_without_an_address_of_a_master(terminals: Terminals) -> None:
-    uri, terminals.environment["ROS_MASTER_URI"] = (
-        terminals.environment["ROS_MASTER_URI"],
-        "nowhere",
-    )
+    terminals.environment["ROS_MASTER_URI"] = "nowhere"
     check = terminals.start(
         "rosrun", "rosoclingo", "check.py", str(LINE), "--episodes", "0", "--live"
     )

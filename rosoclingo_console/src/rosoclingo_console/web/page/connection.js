@@ -92,8 +92,8 @@ export const mayPlay = () => Boolean(state.hello?.may_ask) && link.word === "liv
 export const mayActWhenLive = () => Boolean(state.hello?.may_ask && state.hello.may_act && !state.hello.recording);
 export const mayAct = () => mayPlay() && mayActWhenLive();
 
-const hears = () => Boolean(rowsOf(chosen(), "run").get("run")?.connected);
+const isConnected = () => Boolean(rowsOf(chosen(), "run").get("run")?.connected);
 
 /** Whether the chosen run can be told something, or asked. */
-export const mayControl = () => mayAct() && hears();
-export const mayAsk = () => mayPlay() && !state.hello.recording && hears();
+export const mayControl = () => mayAct() && isConnected();
+export const mayAsk = () => mayPlay() && !state.hello.recording && isConnected();

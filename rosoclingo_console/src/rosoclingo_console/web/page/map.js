@@ -6,6 +6,7 @@ import { chosen, rowsOf, watch } from "./store.js";
 const MARGIN = [3.5, 1.5]; // metres, for what is written beside places
 const LINE = 1.1; // height of a line, in that of letters
 const GAP = 0.15; // metres between two texts
+const FAR = 10; // halves of lines that a text may be moved
 const GROUPS = ["ways", "blocked ways", "plan", "waypoints", "names", "packages", "robots", "carried packages", "plan's steps"];
 
 const paint = {
@@ -56,22 +57,43 @@ const paint = {
   },
 };
 
-/** Where a text may be, from its own place on, in its widths and heights: the nearest first. */
-const PLACES = [0, -0.5, 0.5, -1, 1]
-  .flatMap((right) => [0, -0.5, 0.5, -1, 1, -1.5, 1.5, -2, 2].map((down) => [right, down]))
-  .sort((a, b) => Math.hypot(3 * a[0], a[1]) - Math.hypot(3 * b[0], b[1]));
-
 const meet = (a, b) =>
   a.x < b.x + b.width + GAP && b.x < a.x + a.width + GAP && a.y < b.y + b.height && b.y < a.y + a.height;
+const overlap = (a, b) =>
+  Math.max(0, Math.min(a.x + a.width, b.x + b.width) - Math.max(a.x, b.x)) *
+  Math.max(0, Math.min(a.y + a.height, b.y + b.height) - Math.max(a.y, b.y));
+
+/** Steps to the places around a text, in halves of a line's height; the nearest first, and above or below before aside. */
+const AROUND = [...Array((2 * FAR + 1) ** 2).keys()]
+  .map((i) => [(i % (2 * FAR + 1)) - FAR, Math.floor(i / (2 * FAR + 1)) - FAR])
+  .sort((a, b) => Math.hypot(1.2 * a[0], a[1]) - Math.hypot(1.2 * b[0], b[1]));
+
+/** The box nearest to one that is within a frame and free; where none is, that which hides least. */
+function freeBox({ x, y, width, height }, line, taken, frame) {
+  let best = null;
+  for (const [right, down] of AROUND) {
+    const box = {
+      x: Math.min(Math.max(x + (right * line) / 2, frame.x), frame.x + frame.width - width),
+      y: Math.min(Math.max(y + (down * line) / 2, frame.y), frame.y + frame.height - height),
+      width,
+      height,
+    };
+    if (!taken.some((other) => meet(box, other))) return box;
+    const hidden = taken.reduce((sum, other) => sum + overlap(box, other), 0);
+    if (!best || hidden < best.hidden) best = { box, hidden };
+  }
+  return best.box;
+}
 
 /** Moves texts aside that would hide another, or be hidden by a robot; those of later groups give way. */
 function spread(picture) {
+  const frame = picture.viewBox.baseVal;
   const taken = [...picture.querySelectorAll(".robot")].map((one) => one.getBBox());
   const texts = [...picture.querySelectorAll("text")].map((text) => [text, text.getBBox()]);
-  for (const [text, { x, y, width, height }] of texts) {
-    const all = PLACES.map(([right, down]) => ({ x: x + right * width, y: y + down * height, width, height }));
-    const place = all.find((one) => !taken.some((other) => meet(one, other))) ?? all[0];
-    text.setAttribute("transform", `translate(${place.x - x} ${place.y - y})`);
+  for (const [text, box] of texts) {
+    const line = Number(text.getAttribute("font-size")) * LINE;
+    const place = freeBox(box, line, taken, frame);
+    text.setAttribute("transform", `translate(${place.x - box.x} ${place.y - box.y})`);
     taken.push(place);
   }
 }
@@ -94,10 +116,10 @@ watch(() => {
       paint[one.kind]?.(group, one, GROUPS[i]);
     }
   });
-  spread(picture);
   if (!points.length) return;
   const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => -y)];
   const [left, top] = [Math.min(...xs) - MARGIN[0], Math.min(...ys) - MARGIN[1]];
   const [width, height] = [Math.max(...xs) + MARGIN[0] - left, Math.max(...ys) + MARGIN[1] - top];
   picture.setAttribute("viewBox", `${left} ${top} ${width} ${height}`);
+  spread(picture); // now that a metre has its size
 });

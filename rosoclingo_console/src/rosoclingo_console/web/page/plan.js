@@ -51,11 +51,7 @@ function makeStep() {
 
 let drawn = null;
 
-watch(() => {
-  const plan = rowsOf(chosen(), "plan").get("plan");
-  for (const button of byId("plan").querySelectorAll("button")) change(button, { disabled: !mayAsk() });
-  if (plan === drawn) return;
-  drawn = plan;
+function draw(plan) {
   const steps = new Map();
   for (const one of plan?.actions ?? []) {
     if (!steps.has(one[0])) steps.set(one[0], []);
@@ -71,4 +67,11 @@ watch(() => {
   byId("plan-head").textContent = count
     ? `${plural(count, "action")} from step ${plan.step} on, up to step ${plan.horizon}${more}`
     : "Nothing is planned.";
+}
+
+watch(() => {
+  const plan = rowsOf(chosen(), "plan").get("plan");
+  if (plan !== drawn) draw(plan);
+  drawn = plan;
+  for (const button of byId("plan").querySelectorAll("button")) change(button, { disabled: !mayAsk() });
 });
