@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import json
 from pathlib import Path
 from typing import Any, List
@@ -81,6 +83,7 @@ class PddlDoor(Door):
         b"(when", b"(= a b)", b"(increase (f) 1)", b"?x", b"?", b"-", b";", b"|", b"_",
         b"(at 5 (p))",
         b"(:metric minimize (total-cost))", b"(assign", b"(over all", b"(at start", b"1.5", b"1e9",
+        b"1e999", b"nan", b"-inf", b"9" * 400, b"(* 1e300 1e300)", b"(= (fuel) 1e999)",
         b":constraints", b"(:derived", b"(preference", b"#t", b"object", b"'", b"A" * 300, b"()",
     )  # fmt: skip
     errors = (PddlError,)
@@ -106,7 +109,11 @@ class PddlDoor(Door):
         check_declarations(domain, problem)
         names = Identifiers.of(domain.form, problem.form)
         Actuators(domain, problem, names, ["robot"] if len(data) % 2 else [], "robot")
-        Numbers(domain, problem, {})
+        numbers = Numbers(domain, problem, {})
+        few = itertools.permutations([*problem.objects][:4], 3)
+        for objects, action in itertools.product(few, domain.actions):
+            with contextlib.suppress(PddlError):  # as that a number has no value for these objects
+                numbers.read([(action.name, objects)])
 
     def check(self, err: Exception) -> None:
         """Checks that file and line are named."""

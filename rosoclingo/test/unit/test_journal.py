@@ -141,6 +141,11 @@ def test_a_text_that_is_no_event(seconds: str) -> None:
         from_text(f'["goal", "g", "", [], {seconds}]')
 
 
+def test_an_event_with_more_numbers_is_unknown() -> None:
+    fields = Fields("search", "", Ended.FINISHED.value, (" ".join(map(str, range(30))),))
+    assert decode(fields) == Unknown(fields)
+
+
 def test_commands() -> None:
     searches = ["solve", "plan(7)", "solve(x)"]
     others = ["idle", "publish", "ground(solve)", "planning", ""]

@@ -346,6 +346,9 @@ def test_numbers_are_used_given_and_filled() -> None:
     ("old", "new", "message"),
     [
         ("(battery ?r) 9", "(battery ?r) 2.5", "d:14: 2.5 is 2.5 for charge"),
+        ("(battery ?r) 9", "(battery ?r) 1e999", "d:14: 1e999 is no amount"),
+        ("(battery ?r) 9", "(battery ?r) nan", "d:14: nan is no amount"),
+        ("(battery ?r) 9", "(battery ?r) (* 1e300 1e300)", "(* 1e300 1e300) is inf for"),
         ("(battery ?r) 9", "(battery ?r) 1", "d:14: (battery r1) becomes 1, and it can be 5"),
         ("(battery ?r) 9", "(battery ?r) (bags ?r)", "d:14: (bags ?r) changes, and an amount"),
         ("(= ?duration 3)", "(= ?duration (/ 3 0))", "d:13: (/ 3 0) divides by 0"),
@@ -362,6 +365,12 @@ def test_numbers_and_durations_that_the_library_has_not_are_refused(
     assert old in FLEET
     with pytest.raises(PddlError, match=re.escape(message)):
         _uses(FLEET.replace(old, new))
+
+
+@pytest.mark.parametrize("value", ["1e999", "-inf", "nan", "9" * 400, "1_0", "x"])
+def test_what_is_no_number_in_init_is_refused(value: str) -> None:
+    with pytest.raises(PddlError, match=r"^p:3: .* is no number"):
+        _uses(FLEET, FLEET_PROBLEM.replace("(battery r1) 5", f"(battery r1) {value}"))
 
 
 @pytest.mark.parametrize("wrong", ["(forall)", "(forall () y ?r)", "(forall x (door))"])

@@ -61,6 +61,7 @@ def test_a_waypoint_that_is_not_there(file: Path) -> None:
         (GOOD + "  c3: {x: 1, y: 2, theta: 0, z: 1}", "waypoint c3: expected x, y and theta"),
         (GOOD + "  c3: 1 2 0", "waypoint c3: expected x, y and theta"),
         (GOOD + "  c3: {x: far, y: 2, theta: 0}", "waypoint c3: x: expected a number of metres"),
+        (GOOD + "  c3: {x: 1, y: -1e308, theta: 0}", "waypoint c3: y: expected at most 1e+06 m"),
         (GOOD + "  c3: {x: 1, y: [2], theta: 0}", "waypoint c3: y: expected a number of metres"),
         (GOOD + "  c3: {x: 1, y: inf, theta: 0}", "waypoint c3: y: expected a number of metres"),
         (GOOD + "  c3: {x: 1, y: 2, theta: nan}", "theta: expected a number of radians: nan"),

@@ -12,7 +12,7 @@ from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import Graph, read_graph
 from rosoclingo.drawing.shapes import DELIVERED, PACKAGE, Shape, draw
 from rosoclingo.drawing.situation import MapSituation, Package
-from rosoclingo_rviz.ros.messages import marker_array
+from rosoclingo_rviz.ros.messages import MarkerFileError, marker_array, read_markers
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 INSTANCE = REPOSITORY / "rosoclingo_aspprograms" / "mailbot" / "instances" / "graph_wg.lp"
@@ -50,6 +50,22 @@ def instance(folder: Path, text: str) -> List[str]:
     path = folder / "graph.lp"
     path.write_text(text)
     return [str(path)]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "header: {stamp: -1}", "header: {stamp: {secs: -1}}", "lifetime: {secs: .inf}",
+        "color: {r: 1.0e+300}", "id: 3000000000", "id: x", "nothing: 1",
+    ],
+)  # fmt: skip
+def test_markers_that_no_message_holds(tmp_path: Path, wrong: str) -> None:
+    file = tmp_path / "markers.yaml"
+    file.write_text("markers: [{ns: walls, id: 3}]")
+    assert [marker.id for marker in read_markers(str(file))] == [3]
+    file.write_text(f"markers: [{{{wrong}}}]")
+    with pytest.raises(MarkerFileError, match=r"is no visualization_msgs/MarkerArray: "):
+        read_markers(str(file))
 
 
 def test_progress_is_written_behind_the_robot(situation: MapSituation) -> None:

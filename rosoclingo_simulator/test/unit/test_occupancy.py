@@ -67,6 +67,7 @@ def test_negate_and_thresholds(tmp_path: Path) -> None:
         ({"image": "elsewhere.pgm"}, r"elsewhere\.pgm.*No such file"),
         ({"resolution": None}, "resolution: expected a number: None"),
         ({"resolution": "0"}, "resolution: expected metres per pixel"),
+        ({"resolution": "1.0e-9"}, "resolution: expected metres per pixel, from 0.001 on: 1e-09"),
         ({"resolution": "wide"}, "resolution: expected a number: wide"),
         ({"resolution": ".nan"}, "resolution: expected a number: nan"),
         ({"occupied_thresh": "true"}, "occupied_thresh: expected a number: True"),

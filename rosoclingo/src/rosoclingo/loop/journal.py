@@ -546,8 +546,8 @@ def encode(event: Event) -> Fields:
 def decode(message: Any) -> Event:
     """Returns the event that a ``ROSoClingoEvent`` tells, be it of rospy or of a bag.
 
-    One of an unknown kind, or with a word for a status or a result that is unknown, is an
-    :class:`Unknown`; what is missing is empty.
+    One of an unknown kind, with a word for a status or a result that is unknown, or with more
+    numbers than there can be, is an :class:`Unknown`; what is missing is empty.
     """
     fields = Fields(
         message.kind, message.id, message.text, tuple(map(str, message.details)),
@@ -555,7 +555,7 @@ def decode(message: Any) -> Event:
     )  # fmt: skip
     try:
         return _DECODERS[fields.kind](fields)
-    except (KeyError, ValueError):
+    except (KeyError, TypeError, ValueError):
         return Unknown(fields)
 
 

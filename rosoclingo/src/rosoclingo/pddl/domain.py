@@ -15,6 +15,8 @@ one change of a number, and the duration 5.
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass
 from typing import Dict, List, Optional, Sequence, Set, Tuple
 
@@ -22,6 +24,7 @@ from rosclingo.errors import shorten
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
 from rosoclingo.pddl.support import CHANGES, COMPARISONS, PddlPart, check_formula, sections
 
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _START, _END, _ALL = "at start", "at end", "over all"
 
 
@@ -154,11 +157,17 @@ def read_problem(form: ListForm) -> Problem:
     return Problem(form, objects, numbers, tuple(init), goal, _metric(found.get(":metric")))
 
 
+def number_of(part: PddlPart) -> Optional[float]:
+    """Returns the number that a part is, if it is one that is finite."""
+    value = float(part.text) if _NUMBER.fullmatch(part.text) else math.inf
+    return value if math.isfinite(value) else None
+
+
 def _value(part: PddlPart) -> float:
-    try:
-        return float(part.text)
-    except ValueError:
-        raise PddlError(f"{part.place}: {shorten(part.text)} is no number") from None
+    value = number_of(part)
+    if value is None:
+        raise PddlError(f"{part.place}: {shorten(part.text)} is no number")
+    return value
 
 
 def _metric(section: Optional[ListForm]) -> Optional[PddlPart]:

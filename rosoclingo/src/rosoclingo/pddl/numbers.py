@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
-from rosoclingo.pddl.domain import ActionSchema, Domain, Problem
+from rosoclingo.pddl.domain import ActionSchema, Domain, Problem, number_of
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
 from rosoclingo.pddl.support import PddlPart
 
@@ -161,7 +161,7 @@ class Numbers:
         value = self._first.get(name)
         if value is None:
             raise PddlError(f"{place}: {_text(name)} has no value in :init")
-        if value != round(value) or not 0 <= value <= _LARGEST:
+        if not (0 <= value <= _LARGEST and value.is_integer()):
             raise PddlError(f"{place}: {_text(name)} is {value:g} in :init, and has to be a whole "
                             "number from 0 on")  # fmt: skip
 
@@ -232,7 +232,7 @@ class Numbers:
         self, metric: PddlPart, schema: ActionSchema, binding: Mapping[str, str], lasts: float
     ) -> float:
         """Returns how much larger an action makes the metric, which is a sum."""
-        value = _number(metric)
+        value = number_of(metric)
         if value is not None:
             return 0.0
         name = (metric.text,) if isinstance(metric, Word) else _ground(metric, {})
@@ -242,7 +242,7 @@ class Numbers:
             return sum(self._added(part, schema, binding, lasts) for part in metric.parts[1:])
         if isinstance(metric, ListForm) and metric.head == "*" and len(metric.parts) == 3:
             for factor, part in (metric.parts[1:], metric.parts[:0:-1]):
-                value = _number(factor)
+                value = number_of(factor)
                 if value is not None:
                     return value * self._added(part, schema, binding, lasts)
         if isinstance(metric, ListForm) and metric.head in ("-", "/", "*"):
@@ -260,13 +260,13 @@ class Numbers:
 
     def _integer(self, part: PddlPart, schema: ActionSchema, binding: Mapping[str, str]) -> int:
         value = self._evaluate(part, schema, binding)
-        if value != round(value) or not 0 <= value <= _LARGEST:
+        if not (0 <= value <= _LARGEST and value.is_integer()):
             raise PddlError(f"{part.place}: {shorten(part.text)} is {value:g} for {schema.name}: "
                             "it has to be a whole number from 0 on")  # fmt: skip
         return round(value)
 
     def _evaluate(self, part: PddlPart, schema: ActionSchema, binding: Mapping[str, str]) -> float:
-        value = _number(part)
+        value = number_of(part)
         if value is not None:
             return value
         if part.text == "?duration" and schema.duration is not None:
@@ -311,12 +311,3 @@ def _function(part: PddlPart) -> str:
 
 def _text(name: Name) -> str:
     return shorten(f"({' '.join(name)})")
-
-
-def _number(part: PddlPart) -> Optional[float]:
-    if isinstance(part, ListForm):
-        return None
-    try:
-        return float(part.text)
-    except ValueError:
-        return None

@@ -36,13 +36,20 @@ def main() -> NoReturn:
     if call.response is not None and status == WhyResponse.ANSWERED:
         response = call.response
         if chosen.json:
-            print(json.dumps(json.loads(response.structure), indent=1))
+            print(_indented(response.structure))
         else:
             print(lines(response.text))
     else:
         say(_PROGRAM, call.response.text if call.response is not None else call.failure)
     rospy.signal_shutdown("answered")
     sys.exit(status)
+
+
+def _indented(structure: str) -> str:
+    try:
+        return json.dumps(json.loads(structure), indent=1)
+    except (ValueError, RecursionError):  # of another version, or another node
+        return structure
 
 
 class _Call:

@@ -14,6 +14,7 @@ from rosclingo.errors import TermError, shorten
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.errors import WaypointError
 
+_FARTHEST = 1e6  # metres of a place from the origin of its frame
 _COORDINATES = ("x", "y", "theta")
 
 
@@ -126,4 +127,8 @@ def _number(name: str, word: str, value: Any) -> float:
         unit = "radians" if word == "theta" else "metres"
         what = f"waypoint {shorten(name)}: {word}"
         raise WaypointError(f"{what}: expected a number of {unit}: {value!s:.80}")
+    if word != "theta" and abs(number) > _FARTHEST:
+        raise WaypointError(
+            f"waypoint {shorten(name)}: {word}: expected at most {_FARTHEST:g} m: {value!s:.80}"
+        )
     return number

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import struct
 from pathlib import Path
 from typing import Callable, Dict, Iterable, List
 
@@ -42,9 +44,12 @@ def read_markers(file: str) -> List[Marker]:
         genpy.message.fill_message_args(message, [content])
         for marker in message.markers:
             marker._check_types()  # that numbers are numbers
+        message.serialize(io.BytesIO())  # and that there is room for them
     except (OSError, UnicodeDecodeError) as err:
         raise MarkerFileError(f"cannot read {file}: {err}; check the path") from err
-    except (yaml.YAMLError, ValueError, genpy.MessageException) as err:
+    except (
+        yaml.YAMLError, ValueError, TypeError, OverflowError, struct.error, genpy.MessageException,
+    ) as err:  # fmt: skip
         raise MarkerFileError(f"{file} is no visualization_msgs/MarkerArray: {err}") from err
     return list(message.markers)
 

@@ -21,6 +21,7 @@ from rosoclingo_simulator.world.description import MOST_CELLS
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
 _EXACT_CELLS = 8  # up to so many cells away, a distance is measured instead of estimated
+_FINEST = 0.001  # metres per pixel; with less, a robot has more cells than there is memory
 _NEIGHBOURS = np.arange(-_EXACT_CELLS - 2, _EXACT_CELLS + 3)
 
 
@@ -97,8 +98,10 @@ def read_map(file: Path) -> OccupancyMap:
     if not isinstance(picture, str):
         raise MapError(f"{file}: image: expected the name of a picture: {picture!s:.80}")
     resolution = _number(file, values, "resolution")
-    if resolution <= 0:
-        raise MapError(f"{file}: resolution: expected metres per pixel: {resolution}")
+    if resolution < _FINEST:
+        raise MapError(
+            f"{file}: resolution: expected metres per pixel, from {_FINEST} on: {resolution}"
+        )
     occupied = _number(file, values, "occupied_thresh")
     free = _number(file, values, "free_thresh")
     if not 0 <= free <= occupied <= 1:
