@@ -186,6 +186,8 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
         (CLOSED + "{waypoints: places.yaml, from: a, to: a}", 4, "are at the same place"),
         (CLOSED + "{waypoints: places.yaml, from: a, to: 'b('}", 4, "to: 'b(' is not a ground"),
         (CLOSED + "{waypoints: places.yaml, from: a, to: b, width: 0}", 4, "width: expected more"),
+        (CLOSED + "{waypoints: places.yaml, from: a, to: b, width: 1.0e+300}", 4, "100 at most"),
+        (CLOSED + "{waypoints: places.yaml, from: a, to: b, radius: 1.0e+300}", 4, "100 metres at"),
         (CLOSED + "{waypoints: places.yaml, from: a, to: b, occupied: 0}", 4, "occupied: expected"),
         ("observers:\n- tf: {}\n  tell: at(W)\n  nearest_waypoint: "
          "{waypoints: places.yaml, within: 1}", 2, "the key child of tf is missing"),
@@ -345,6 +347,13 @@ def test_a_covariance(clock: Clock) -> None:
     for wrong in (matrix(math.nan, 1), matrix(-1, 9), matrix(1, math.inf), data([1.0] * 5)):
         with pytest.raises(ReadingError):
             lost.hear(wrong, clock.now)
+
+
+def test_a_way_that_is_too_long(clock: Clock) -> None:
+    far = PLACES.replace("y: 4", "y: 90000")
+    (clock.folder / "places.yaml").write_text(far)
+    with pytest.raises(ObservationError, match=r"closed: from and to are more than 1000 m apart"):
+        clock.observer("topic: t", "tell: x", "closed: {waypoints: places.yaml, from: a, to: c(1)}")
 
 
 def test_the_nearest_waypoint(clock: Clock) -> None:

@@ -37,6 +37,7 @@ from rosoclingo_interfaces.observation.yaml_entry import YamlEntry, read_entry
 _COVARIANCE = "pose.covariance"
 _KEYS = ("topic", "tf", "type", "field", "tell", "else", "id", "debounce", "rate")
 _RATE = 1.0  # terms in a second
+_LONGEST, _WIDEST = 1000.0, 100.0  # metres of a way that is looked at, which takes memory
 
 
 def read_observers(file: Path, transforms: TransformTree) -> List[Observer]:
@@ -199,10 +200,16 @@ class _Builder:
         ends: List[Tuple[float, float]] = list(self._ends(inner, waypoints))
         if ends[0] == ends[1]:
             raise inner.wrong("closed: from and to are at the same place", "to")
+        if math.dist(*ends) > _LONGEST:
+            raise inner.wrong(f"closed: from and to are more than {_LONGEST:g} m apart", "to")
         width = inner.number("width", 1.0, "metres")
-        if not width:
-            raise inner.wrong("width: expected more than 0 metres", "width")
+        if not 0 < width <= _WIDEST:
+            raise inner.wrong(
+                f"width: expected more than 0 metres, and {_WIDEST:g} at most", "width"
+            )
         radius = inner.number("radius", 0.2, "metres")
+        if radius > _WIDEST:
+            raise inner.wrong(f"radius: expected {_WIDEST:g} metres at most", "radius")
         occupied = inner.number("occupied", 65.0, "percent")
         if not 0 < occupied <= 100:
             raise inner.wrong("occupied: expected more than 0 percent, and 100 at most", "occupied")
