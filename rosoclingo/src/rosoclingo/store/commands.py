@@ -153,7 +153,7 @@ class RecordedSolver(Forwarding):
             try:
                 commands = [one for text in batch for one in decode_commands(text)]
             except XmlError as err:
-                raise _not_restored(f"the store has no command: {err}") from err
+                raise _not_restored(f"a command in the store is wrong: {err}") from err
             failure = super().run(commands).failure
             if failure is not None:
                 raise _not_restored(f"it refused <{failure.command}>: {failure.message}")
