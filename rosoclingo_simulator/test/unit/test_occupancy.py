@@ -10,8 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rooms import WALLS, box_of, gap, room
+from scipy.ndimage import distance_transform_edt
 
 from rosoclingo_simulator.errors import MapError
+from rosoclingo_simulator.physics import occupancy
 from rosoclingo_simulator.physics.occupancy import FREE, OCCUPIED, UNKNOWN, read_map
 
 ABOUT = {
@@ -87,9 +89,21 @@ def test_what_is_wrong_is_named(
         read_map(write(tmp_path, PLAIN, **changes))
 
 
+# With a fraction for its width.
+TIFF = bytes.fromhex(
+    "49 49 2a 00 08 00 00 00 09 00 00 01 04 00 01 00 "
+    "00 00 03 00 00 00 01 01 04 00 01 00 00 00 02 00 "
+    "00 00 02 01 03 00 01 00 00 00 08 00 00 00 03 01 "
+    "03 00 01 00 00 00 01 00 00 00 06 01 03 00 01 00 "
+    "00 00 01 00 00 00 11 01 04 00 01 00 00 00 7a 00 "
+    "30 00 16 01 0c 00 01 00 00 00 02 00 00 00 "
+)
+
+
 @pytest.mark.parametrize(
     "picture",
     [
+        *(TIFF, b"P2\n2 2\n257\n-1 5 0 3"),
         *(b"", b"nonsense", b"P5\n3 2\n255\nabc", b"P2\n3 2\n255\n1 2 3", b"P5\n3"),
         # Of so many pixels that Pillow refuses or warns, or that they take much memory.
         *(b"P5\n99999 99999\n255\n", b"P5\n9999 9999\n255\n", b"P5\n7000 7000\n255\n"),
@@ -121,6 +135,12 @@ def test_clearance_is_exact_near_walls_and_never_too_much(x: float, y: float) ->
     true, found = gap(x, y, SOLID), FLOOR.clearance(x, y)
     assert found <= true + 1e-6
     assert found >= true - (1e-6 if true < 0.3 else 0.2)
+
+
+def test_distances_are_those_of_scipy() -> None:
+    solid = np.random.default_rng(1).random((40, 70)) < 0.05
+    expected = distance_transform_edt(~solid).astype(np.float32)
+    assert np.array_equal(occupancy._distances(solid), expected)
 
 
 def test_outside_of_the_map_all_is_solid() -> None:
