@@ -271,6 +271,15 @@ def test_a_state_that_this_version_does_not_write(
         runs.run(World(REQUESTS), file=file)
 
 
+def test_an_execution_that_is_filed_under_another_actuator(tmp_path: Path) -> None:
+    runs, file = run_to(tmp_path, REQUESTS)
+    with contextlib.closing(Database(file)) as database, database.transaction() as rows:
+        value = database.read("state")['state.executions.last "robot"']
+        rows.put("state", 'state.executions.last "robot"', value.replace('"robot"', '"arm"'))
+    with pytest.raises(StoreError, match=r"an execution of arm is filed under robot; .*fresh"):
+        runs.run(World(REQUESTS), file=file)
+
+
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match=r"unable to open.*is its folder there, and may this user"):
         Store(tmp_path / "none" / "a.store")

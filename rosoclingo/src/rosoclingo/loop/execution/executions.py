@@ -75,9 +75,15 @@ class Executions(ExecutionsState):
         return self
 
     def restore(self) -> None:
-        """Goes on with a state that was taken over, which had another clock."""
+        """Goes on with a state that was taken over, which had another clock.
+
+        Raises:
+            ValueError: An execution is filed under another actuator.
+        """
         passed = self._environment.now() - self.clock
-        for one in self.last.values():
+        for actuator, one in list(self.last.items()):
+            if actuator != one.actuator:
+                raise ValueError(f"an execution of {one.actuator} is filed under {actuator}")
             self._set(
                 one,
                 began=one.began + passed,
