@@ -138,7 +138,10 @@ def read_map(file: Path) -> OccupancyMap:
         raise MapError(f"{file}: origin: expected [x, y, yaw]: {origin!s:.80}")
     if origin[2] != 0:
         raise MapError(f"{file}: origin: expected a yaw of 0: {origin[2]}")
-    pixels, white = _read_picture(file.parent / picture)
+    try:
+        pixels, white = _read_picture(file.parent / picture)
+    except MapError as err:
+        raise MapError(f"{file}: image: {err}") from err
     grey = np.arange(white + 1) / white
     probability = grey if negate else 1.0 - grey
     kinds = np.full(white + 1, UNKNOWN, np.int8)
