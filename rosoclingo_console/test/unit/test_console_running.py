@@ -79,6 +79,39 @@ def test_it_serves_and_ends_with_open_connections() -> None:
             silent.sendall(b"GET / HT")
 
 
+@pytest.mark.parametrize(
+    ("kind", "status"),
+    [
+        (b"application/json; charset=utf-8", 400),  # for want of an operation's fields
+        (b"application/json\xcf\xa4\xa1", 400),
+        (b"\xff", 400),
+        (b"", 400),
+    ],
+)
+def test_bytes_that_are_no_content_type(kind: bytes, status: int) -> None:
+    with web() as port, connect(port) as one:
+        lines = [
+            b"POST /do/cancel HTTP/1.1", b"Host: localhost:%d" % port, b"Connection: close",
+            b"Origin: http://localhost:%d" % port, b"Authorization: Bearer %s" % TOKEN.encode(),
+            b"Content-Type: %s" % kind, b"Content-Length: 2", b"", b"{}",
+        ]  # fmt: skip
+        one.sendall(b"\r\n".join(lines))
+        answer = read_all(one)
+    assert answer.startswith(b"HTTP/1.1 %d" % status), answer
+    assert (b"content type" in answer) is (b";" not in kind)
+
+
+def test_bytes_that_are_no_key_of_a_channel() -> None:
+    with web() as port, connect(port) as one:
+        lines = [
+            b"GET /live HTTP/1.1", b"Host: localhost:%d" % port, b"Connection: Upgrade",
+            b"Origin: http://localhost:%d" % port, b"Upgrade: websocket",
+            b"Sec-WebSocket-Version: 13", b"Sec-WebSocket-Key: \xff\xa1", b"", b"",
+        ]  # fmt: skip
+        one.sendall(b"\r\n".join(lines))
+        assert one.recv(12) == b"HTTP/1.1 400"
+
+
 def test_a_port_that_is_taken() -> None:
     with web() as port, pytest.raises(AddressError, match=f"port {port}.*_port:="), web(port):
         pass

@@ -82,7 +82,10 @@ async def serve(
     socket = web.WebSocketResponse(
         heartbeat=_SECONDS_TO_ANSWER, max_msg_size=_LONGEST_MESSAGE, compress=False
     )
-    await socket.prepare(request)
+    try:
+        await socket.prepare(request)
+    except ValueError as err:  # aiohttp lets that of a key pass which is no text
+        raise web.HTTPBadRequest(reason="expected a key that is Base64") from err
     token = await _first_word(socket)
     if token is None or not access.may_see(token):
         await socket.close(code=REFUSED, message=b"wrong token")
