@@ -146,7 +146,7 @@ def test_only_the_goal_that_cannot_be_reached_ends_in_one_node(ruled_alone: Make
 def test_a_search_without_a_last_step_says_so(
     ruled_alone: Make, monkeypatch: pytest.MonkeyPatch, one_by_one_seconds: float
 ) -> None:
-    """Whether horizons are searched one by one or in turn; once, and again for the next goal."""
+    """It warns once in a search, and again for the next goal, in both ways to search horizons."""
     monkeypatch.setattr(waiting, "_ENDLESS_SECONDS", 1.0)
     made = ruled_alone(ISLAND, one_by_one_seconds=one_by_one_seconds).start()
     for number, request in enumerate(("visit(6)", "visit(5)"), 1):

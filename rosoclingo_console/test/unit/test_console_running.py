@@ -80,15 +80,13 @@ def test_it_serves_and_ends_with_open_connections() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "status"),
+    "kind",
     [
-        (b"application/json; charset=utf-8", 400),  # for want of an operation's fields
-        (b"application/json\xcf\xa4\xa1", 400),
-        (b"\xff", 400),
-        (b"", 400),
+        b"application/json; charset=utf-8",  # which lacks the operation's fields
+        *(b"application/json\xcf\xa4\xa1", b"\xff", b""),
     ],
 )
-def test_bytes_that_are_no_content_type(kind: bytes, status: int) -> None:
+def test_bytes_that_are_no_content_type(kind: bytes) -> None:
     with web() as port, connect(port) as one:
         lines = [
             b"POST /do/cancel HTTP/1.1", b"Host: localhost:%d" % port, b"Connection: close",
@@ -97,7 +95,7 @@ def test_bytes_that_are_no_content_type(kind: bytes, status: int) -> None:
         ]  # fmt: skip
         one.sendall(b"\r\n".join(lines))
         answer = read_all(one)
-    assert answer.startswith(b"HTTP/1.1 %d" % status), answer
+    assert answer.startswith(b"HTTP/1.1 400"), answer
     assert (b"content type" in answer) is (b";" not in kind)
 
 

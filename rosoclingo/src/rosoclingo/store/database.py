@@ -315,8 +315,10 @@ class Rows:
             self.delete(part, key)
 
 
-_MISFITS = (TypeError, ValueError, LookupError, OverflowError, RecursionError)
-"""All that Python raises at a damaged file whose pages are whole.
+MISFITS = (
+    ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError,
+)  # fmt: skip
+"""All that Python raises at a damaged file whose pages are whole, or at rows of another version.
 
 A value may be of another type, and a message of SQLite's may quote bytes that are no text.
 """
@@ -390,7 +392,7 @@ def _is_complete(connection: sqlite3.Connection) -> bool:
         store, number = connection.execute("SELECT store, number FROM seal").fetchone()
     except sqlite3.OperationalError:  # it has another format
         return True
-    except _MISFITS:
+    except MISFITS:
         return False
     return mark is None or (mark.store == store and mark.number <= number)
 
@@ -508,7 +510,7 @@ def _reserved(path: Path) -> Iterator[None]:
             except sqlite3.DatabaseError as err:
                 if not _is_damage(err):
                     raise
-            except _MISFITS:
+            except MISFITS:
                 pass
         yield
         connection.interrupt()  # a checkpoint, of a log that may not be its own
@@ -557,7 +559,7 @@ def _intact(path: Path) -> Iterator[None]:
     """A context that converts what Python raises at a damaged file."""
     try:
         yield
-    except _MISFITS as err:
+    except MISFITS as err:
         raise _damaged(path, f"its values are not those of a store ({err})") from err
 
 

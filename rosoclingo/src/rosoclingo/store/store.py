@@ -24,7 +24,7 @@ from rosoclingo.loop.loop import LoopSnapshot
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.snapshot import remade
 from rosoclingo.store import commands as planner_commands
-from rosoclingo.store.database import Database, Rows, log_put_aside
+from rosoclingo.store.database import MISFITS, Database, Rows, log_put_aside
 from rosoclingo.store.fields import ChangedRows, read
 from rosoclingo.store.loss import describe, summarize
 
@@ -193,9 +193,7 @@ class Store:
         """A context that converts all that rows raise which another version, or nobody, writes."""
         try:
             yield
-        except (
-            ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError,
-        ) as err:  # fmt: skip
+        except MISFITS as err:
             raise StoreError(
                 f"the store {self.path} was written by another version of rosoclingo: "
                 f"{shorten(str(err))}; start that one, or start with resume:=fresh, which keeps "
