@@ -251,7 +251,7 @@ def seconds_computed(node: Terminal) -> float:
         (["-f", "wrong.lp"], ["wrong.lp:2:3-4: error: syntax error"]),
         (["-f", "unsafe.lp"], ["unsafe.lp:1:3-4", "unsafe"]),
         (["--theory", "lp"], ["--theory does not know 'lp'", "it knows dl"]),
-        (["--theory", "dl"], ["--theory dl", "python -m pip install clingo-dl"]),
+        (["--theory", "dl"], ["--theory dl", "python -m pip install 'clingo-dl>="]),
     ],
 )
 def test_bad_start(tmp_path: Path, arguments: List[str], pieces: List[str]) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Dict, List
 
 import pytest
+from downward_versions import VERSIONS, use_version
 
 from plan_validator import PlanValidator
 from rosoclingo.pddl import translator
@@ -232,6 +233,27 @@ def test_the_remedy_is_named_without_fast_downward(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(translator, "find_fast_downward", lambda: None)
     with pytest.raises(PddlError, match="pip install up-fast-downward"):
         translate(read_domain(parse(DOMAIN, "d")), read_problem(parse(PROBLEM, "p")))
+
+
+def test_the_remedy_is_named_for_another_layout(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(translator, "find_fast_downward", lambda: tmp_path)
+    with pytest.raises(PddlError, match=r"\d has no translator in .*: run pip install .*==1.0.0"):
+        translate(read_domain(parse(DOMAIN, "d")), read_problem(parse(PROBLEM, "p")))
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("version", VERSIONS)
+def test_each_version_translates(monkeypatch: pytest.MonkeyPatch, version: str) -> None:
+    use_version(monkeypatch, version)
+    task = translate(read_domain(parse(DOMAIN, "d")), read_problem(parse(PROBLEM, "p")))
+    assert task.goal
+    assert [one.name for one in task.operators] == [
+        "move 2nd-floor f1",
+        "move f1 2nd-floor",
+        "toggle",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from typing import List, Sequence
 
 import pytest
 from conftest import exit_status
+from downward_versions import VERSIONS, use_version
 from waiting import wait_for
 
 from rosoclingo.desk.command_line import parse
@@ -159,6 +160,39 @@ def test_the_desk_names_the_package(
     assert "pip install up-fast-downward" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_seed_planner_starts(monkeypatch: pytest.MonkeyPatch, version: str) -> None:
+    use_version(monkeypatch, version)
+    program = find_seed_planner("lama")
+    assert program is not None
+    process = SeedProcess(program, write(read_task(LAMP)).text)
+    wait_for(lambda: process.has_ended)
+    assert process.plan() == [0]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("echo 'unknown option' >&2; exit 32", "unknown option, exit status 32"),
+        ("exit 127", "exit status 127"),
+        ("", "Exec format error"),
+    ],
+)
+def test_a_seed_planner_that_does_not_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, reason: str
+) -> None:
+    """For instance that of another processor, or of a version with other options."""
+    folder = tmp_path / "builds" / "release" / "bin"
+    folder.mkdir(parents=True)
+    program(folder, text).rename(folder / "downward")
+    monkeypatch.setattr(downward, "find_fast_downward", lambda: tmp_path)
+    message = (
+        rf"up-fast-downward \d\S* fails \(.*{reason}.*\).*pip install .*up-fast-downward==1.0.0"
+    )
+    with pytest.raises(SeedPlannerError, match=message):
+        find_seed_planner("lama")
+
+
 @pytest.mark.parametrize(
     ("text", "plan"),
     [("cat > /dev/null; echo '(1)'; echo '(0)'; echo '; cost = 2'", [1, 0]), ("exit 12", None)],
@@ -181,6 +215,6 @@ def test_a_process_is_ended(tmp_path: Path) -> None:
 
 def program(folder: Path, text: str) -> Path:
     made = folder / "planner.sh"
-    made.write_text(f"#!/bin/sh\n{text}\n")
+    made.write_text(f"#!/bin/sh\n{text}\n" if text else "no program")
     made.chmod(made.stat().st_mode | stat.S_IXUSR)
     return made

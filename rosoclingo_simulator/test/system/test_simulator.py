@@ -151,13 +151,13 @@ def test_without_mujoco_it_says_what_to_install(
     terminals: Terminals,  # noqa: F811 - the fixture
     tmp_path: Path,
 ) -> None:
-    # A package in the way of MuJoCo's, which is as good as none.
+    # A package in the way of MuJoCo's, which cannot be loaded.
     (tmp_path / "mujoco.py").write_text(
-        "raise ModuleNotFoundError(\"No module named 'mujoco'\", name='mujoco')\n"
+        "raise ImportError('libmujoco.so: cannot open shared object file')\n"
     )
     path = terminals.environment.get("PYTHONPATH", "")
     terminals.environment["PYTHONPATH"] = f"{tmp_path}:{path}"
     simulator = terminals.run(*SIMULATOR, "_physics:=mujoco")
-    assert "pip install mujoco" in simulator.output
+    assert "pip install 'mujoco>=3.1'" in simulator.output
     assert simulator.wait() == 2
     assert "Traceback" not in simulator.output

@@ -25,18 +25,20 @@ class _Source(NamedTuple):
 
     Attributes:
         wheel: What pip installs.
+        versions: Which versions of it fit.
         module: The module in that.
         maker: The class in that.
         atom: The theory's atom, as clingo's messages name it.
     """
 
     wheel: str
+    versions: str
     module: str
     maker: str
     atom: str
 
 
-_SOURCES = {"dl": _Source("clingo-dl", "clingodl", "ClingoDLTheory", "diff/0")}
+_SOURCES = {"dl": _Source("clingo-dl", ">=1.5,<1.6", "clingodl", "ClingoDLTheory", "diff/0")}
 
 
 class Theory:
@@ -125,6 +127,6 @@ def make_theory(name: str) -> Theory:
     except ImportError as err:  # also if it does not fit this clingo
         raise OptionsError(
             f"option --theory {name} needs the package {source.wheel}, which cannot be loaded "
-            f"({err}); install it with: python -m pip install {source.wheel}"
+            f"({err}); install it with: python -m pip install '{source.wheel}{source.versions}'"
         ) from err
     return Theory(name, getattr(module, source.maker)())

@@ -31,6 +31,6 @@ def picture_errors(file: Path, option: str) -> Iterator[None]:
     try:
         yield
     except ImportError as err:
-        raise PictureError(f"{file}: {err}; pip install matplotlib, or no {option}") from err
+        raise PictureError(f"{file}: {err}; pip install 'matplotlib>=3.6', or no {option}") from err
     except ValueError as err:
         raise PictureError(f"{file}: {err}; .png is a good ending") from err

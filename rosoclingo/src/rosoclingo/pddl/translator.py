@@ -13,8 +13,14 @@ from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.expressions import ListForm, PddlError
 from rosoclingo.pddl.sas import TranslatedTask, parse_sas
-from rosoclingo.seed.downward import DOWNWARD_PACKAGE, find_fast_downward
+from rosoclingo.seed.downward import (
+    DOWNWARD_PACKAGE,
+    REINSTALL,
+    find_fast_downward,
+    installed_version,
+)
 
+_MODULES = ("translate", "fast_downward.translate")  # of up-fast-downward 0.5 and 1.0
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
 
 
@@ -30,6 +36,20 @@ def fast_downward() -> Path:
     return folder
 
 
+def _find_module(programs: Path) -> str:
+    """Returns the name of the translator's module in Fast Downward's folder of programs.
+
+    Raises:
+        PddlError: The installed version has it nowhere.
+    """
+    for module in _MODULES:
+        if (programs / module.replace(".", "/") / "__main__.py").exists():
+            return module
+    raise PddlError(
+        f"{DOWNWARD_PACKAGE} {installed_version()} has no translator in {programs}: {REINSTALL}"
+    )
+
+
 def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) -> TranslatedTask:
     """Returns the task of a domain and a problem, without numbers.
 
@@ -42,13 +62,14 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
         PddlError: Fast Downward is missing, or it does not understand the files.
     """
     programs = fast_downward() / "builds/release/bin"
+    module = _find_module(programs)
     with tempfile.TemporaryDirectory() as folder:
         output, *files = (Path(folder) / name for name in ("sas", "domain.pddl", "problem.pddl"))
         texts = _domain_text(domain, changing), _problem_text(problem)
         for file, text in zip(files, texts):
             file.write_text(text, encoding="utf-8")
         ended = subprocess.run(  # noqa: S603 (a list, without a shell)
-            [sys.executable, "-m", "translate", *map(str, files),
+            [sys.executable, "-m", module, *map(str, files),
              "--keep-unimportant-variables", "--keep-no-ops", "--sas-file", str(output)],
             cwd=folder,
             env={**os.environ, "PYTHONPATH": str(programs), "PYTHONHASHSEED": "0"},

@@ -1,6 +1,7 @@
 """Fast Downward's search in a process of its own, with the first iteration of LAMA.
 
-It is an optional dependency, which the Python package up-fast-downward has.
+It is an optional dependency, which the Python package up-fast-downward has. Versions 0.5 and 1.0 of
+that package are tested; their folders differ in where the translator is.
 """
 
 from __future__ import annotations
@@ -11,13 +12,17 @@ import re
 import resource
 import subprocess
 import threading
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import List, Optional
 
+from rosclingo.errors import shorten
 from rosoclingo.errors import SeedPlannerError
 
 DOWNWARD_PACKAGE = "up-fast-downward"
+REINSTALL = f"run pip install --force-reinstall {DOWNWARD_PACKAGE}==1.0.0"
+"""The remedy for a package that is damaged, or that has another layout."""
 
 NONE = "none"
 """Stands for no seed planner."""
@@ -26,12 +31,45 @@ _LAMA = "lama"
 _BINARY = Path("builds", "release", "bin", "downward")
 _SECONDS = 30
 _BYTES = 2**31
+# All actions of a task cost 1 (see sas.py): the two versions name transformed costs differently.
 _SEARCH = (
-    "let(hlm,landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()),"
-    "transform=adapt_costs(one),pref=false),let(hff,ff(transform=adapt_costs(one)),"
+    "let(hlm,landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()),pref=false),let(hff,ff(),"
     "lazy_greedy([hff,hlm],preferred=[hff,hlm],cost_type=one,reopen_closed=false,"
     f"max_time={_SECONDS})))"
 )
+_TRIVIAL_TASK = b"""\
+begin_version
+3
+end_version
+begin_metric
+0
+end_metric
+1
+begin_variable
+v
+-1
+2
+Atom off()
+Atom on()
+end_variable
+0
+begin_state
+0
+end_state
+begin_goal
+1
+0 1
+end_goal
+1
+begin_operator
+0
+0
+1
+0 0 0 1
+1
+end_operator
+0
+"""
 _STEP = re.compile(rb"^\((\d+) ?\)$", re.MULTILINE)
 _FOUND = 0  # its exit status
 
@@ -42,6 +80,14 @@ def find_fast_downward() -> Optional[Path]:
         DOWNWARD_PACKAGE.replace("-", "_")
     )  # an import would need unified-planning, too
     return None if spec is None or spec.origin is None else Path(spec.origin).parent / "downward"
+
+
+def installed_version() -> str:
+    """Returns the version of the package that is installed, "" if that is unknown."""
+    try:
+        return metadata.version(DOWNWARD_PACKAGE)
+    except metadata.PackageNotFoundError:
+        return ""
 
 
 def find_seed_planner(name: str) -> Optional[Path]:
@@ -63,10 +109,36 @@ def find_seed_planner(name: str) -> Optional[Path]:
     program = folder / _BINARY
     if not os.access(program, os.X_OK):
         raise SeedPlannerError(
-            f"{_LAMA} needs {program}, which cannot be executed: install the package "
-            f"{DOWNWARD_PACKAGE} anew, or say {NONE}"
+            f"{_LAMA} needs {program}, which cannot be executed: {REINSTALL}, or say {NONE}"
         )
+    _try(program)
     return program
+
+
+def _try(program: Path) -> None:
+    """Solves a task with one action.
+
+    Raises:
+        SeedPlannerError: That fails; the message names the installed version and the remedy.
+    """
+    try:
+        ended = subprocess.run(  # noqa: S603 (found by find_seed_planner)
+            _command(program), input=_TRIVIAL_TASK, capture_output=True, check=False
+        )
+        said = (ended.stderr or ended.stdout).decode(errors="replace").strip().splitlines()
+        why = f"{shorten(said[0])}, exit status" if said else "exit status"
+        reason = f"{why} {ended.returncode}" if ended.returncode != _FOUND else ""
+    except OSError as err:
+        reason = str(err)
+    if reason:
+        raise SeedPlannerError(
+            f"{_LAMA} cannot be used: {program} of {DOWNWARD_PACKAGE} {installed_version()} fails "
+            f"({reason}); {REINSTALL}, or say {NONE}"
+        )
+
+
+def _command(program: Path) -> List[str]:
+    return [str(program), "--internal-plan-file", "/dev/stdout", "--search", _SEARCH]
 
 
 class SeedProcess:
@@ -84,7 +156,7 @@ class SeedProcess:
         """
         self._output = b""
         self._process = subprocess.Popen(  # noqa: S603 (found by find_seed_planner)
-            [str(program), "--internal-plan-file", "/dev/stdout", "--search", _SEARCH],
+            _command(program),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

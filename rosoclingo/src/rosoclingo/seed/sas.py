@@ -80,7 +80,7 @@ class _Writer:
             self._variable(name, number) for name, number in self._variables.items()
         )
         return (
-            f"begin_version\n3\nend_version\nbegin_metric\n1\nend_metric\n"
+            f"begin_version\n3\nend_version\nbegin_metric\n0\nend_metric\n"
             f"{len(self._variables)}\n{variables}0\n"
             f"begin_state\n{initial}end_state\nbegin_goal\n{goal}end_goal\n"
             f"{len(self._operators)}\n{operators}0\n"

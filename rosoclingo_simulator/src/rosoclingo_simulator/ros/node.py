@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import importlib
 import threading
 import time
 from functools import partial
@@ -240,13 +241,16 @@ def _bodies(
     if len(starts) > 1:
         raise PhysicsError("~physics:=mujoco has one robot: for ~fleet, set ~physics:=kinematic")
     try:
-        # MuJoCo is optional, so what imports it comes late.
-        from rosoclingo_simulator.physics.mujoco.mujoco_physics import MujocoPhysics  # noqa: PLC0415
-        from rosoclingo_simulator.ros.camera import CameraPublisher  # noqa: PLC0415
-    except ModuleNotFoundError as err:
-        if err.name != "mujoco":
-            raise
-        raise PhysicsError("~physics:=mujoco needs MuJoCo; install it: pip install mujoco") from err
+        importlib.import_module("mujoco")
+    except ImportError as err:
+        raise PhysicsError(
+            f"~physics:=mujoco needs MuJoCo, which cannot be loaded ({err}); install it: pip "
+            "install 'mujoco>=3.1'"
+        ) from err
+    # MuJoCo is optional, so the modules that import it are loaded here.
+    from rosoclingo_simulator.physics.mujoco.mujoco_physics import MujocoPhysics  # noqa: PLC0415
+    from rosoclingo_simulator.ros.camera import CameraPublisher  # noqa: PLC0415
+
     physics = MujocoPhysics(settings.world, starts[0])
     return [(physics, CameraPublisher(physics, names[0]))]
 
