@@ -7,8 +7,8 @@ turns; its first plan is improved until it is proven the best of its horizon, as
 clingo itself is told that the plan has at most 60 steps, which nobody knows before; these two
 seconds are granted to the first plan, for a shortest plan that is found by then. Both in turn.
 
-And eight blocks with one arm, one action a step: random towers, which are to become others. The
-planner has the options that docs/modelling.md says for such puzzles.
+And eight blocks with one arm, one action a step: random towers, which are to become others, in
+processor time, with clingo's default options.
 
 Run by scripts/bench. Exit status 1 says that a limit is missed. ``--draws N`` says how often each
 is measured.
@@ -42,8 +42,7 @@ STEPS = 60  # the horizon that clingo is told
 ONE_BY_ONE = 2.0  # s, by default
 MOST = 120.0  # s, after which neither goes on
 FIRST, BEST = 1.0, 1.4  # of clingo's time
-BLOCKS_FIRST = 15_000.0  # ms
-PUZZLE = ("--configuration=trendy", "--parallel-mode=2")
+BLOCKS_WORST = 30_000.0  # ms
 # Those wards to which the battery lasts for the way there and back.
 WARDS = [f"ward(1,{i})" for i in range(1, 8)] + [f"ward(2,{i})" for i in range(1, 6)]
 
@@ -109,14 +108,14 @@ def search(planner: Planner, events: List[str]) -> Tuple[float, int]:
 
 
 def plan_blocks(seed: int) -> float:
-    """Returns the milliseconds until there is a first plan for a random task with eight blocks."""
+    """Returns the processor time, in ms, of a first plan for a random task with eight blocks."""
     with tempfile.NamedTemporaryFile("w", suffix=".lp") as facts:
         facts.write("\n".join(blocks(seed)))
         facts.flush()
-        begin = time.monotonic()
-        engine = Engine(Options((str(BLOCKS), facts.name), PUZZLE))
-        first, _ = search(Planner(engine, one_by_one_seconds=ONE_BY_ONE), [])
-    return (first - begin) * 1e3
+        begin = time.process_time()
+        engine = Engine(Options((str(BLOCKS), facts.name)))
+        search(Planner(engine, one_by_one_seconds=ONE_BY_ONE), [])
+    return (time.process_time() - begin) * 1e3
 
 
 def plan(events: List[str]) -> Times:
@@ -179,7 +178,7 @@ def main() -> int:
     report.add(Row("plans that cost more than clingo's", None, None, "plans", dearer, "", 0))
     samples = Samples("ms", tuple(map(plan_blocks, draws)))
     for what, value in (("median", samples.median), ("worst", max(samples.values))):
-        most = {"median": BLOCKS_FIRST}.get(what)
+        most = {"worst": BLOCKS_WORST}.get(what)
         report.add(Row("eight blocks, first plan", None, samples, what, value, "ms", most))
     return report.finish()
 

@@ -44,7 +44,8 @@ _COMMANDS: SearchStrategy[Any] = st.lists(
 _ASSUMED: SearchStrategy[Any] = st.lists(
     st.builds(wire.Assumption, _TEXT, st.booleans())
     | st.builds(wire.CostBound, st.lists(st.integers(-9, 10**9), min_size=1).map(tuple))
-    | st.builds(wire.ConflictLimit, st.integers(0, 10**9 - 1)),
+    | st.builds(wire.ConflictLimit, st.integers(0, 10**9 - 1))
+    | st.builds(wire.Restarts, st.from_regex(r"[A-Z],[0-9]{1,4}", fullmatch=True)),
     max_size=3,
 )
 _REPLIES = st.builds(

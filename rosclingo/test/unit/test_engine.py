@@ -43,6 +43,7 @@ from rosclingo.wire.commands import (
     ReleaseExternal,
     Reply,
     Restart,
+    Restarts,
     Result,
     Stats,
     Truth,
@@ -297,6 +298,23 @@ def test_values_count_in_the_search(engine: Engine) -> None:
         assert sorted(engine.solve([Assumption("a", value)]).symbols) == symbols
     engine.apply(AssignExternal("a", Truth.FALSE))
     assert engine.solve() == sat()
+
+
+@pytest.mark.costly
+def test_the_restart_strategy_of_a_search(engine: Engine) -> None:
+    holes = "1 { in(P,H) : H = 1..8 } 1 :- P = 1..9. :- in(P,H), in(Q,H), P < Q."
+    engine.run([Add("base", (), holes), Ground((Part("base"),))])
+
+    def restarts(*assumed: Restarts) -> float:
+        assert engine.solve([*assumed, ConflictLimit(1000)]).result is Result.UNKNOWN
+        (answer,) = engine.run([GetStats()]).answers
+        assert isinstance(answer, Stats)
+        return float(answer.values["solving"]["solvers"]["restarts"])
+
+    assert restarts(Restarts("F,10")) > 50 > restarts(Restarts("F,900"))
+    with pytest.raises(SolverError, match="no restart strategy Q,10"):
+        engine.solve([Restarts("Q,10")])
+    assert restarts() > 5  # it was that of a search
 
 
 @pytest.mark.costly

@@ -32,6 +32,7 @@ from rosclingo.wire.commands import (
     ReleaseExternal,
     Reply,
     Restart,
+    Restarts,
     Stats,
     Truth,
     command_name,
@@ -385,9 +386,11 @@ def test_a_reply_with_any_external_is_encoded() -> None:
 
 
 def test_bounds_of_costs() -> None:
-    assumed = [Assumption("a", True), CostBound((3, -17)), ConflictLimit(100)]
+    assumed = [Assumption("a", True), CostBound((3, -17)), ConflictLimit(100), Restarts("L,60")]
     text = encode_assumptions(assumed)
-    assert '<cost_bound value="3 -17"/><conflict_limit value="100"/>' in text
+    assert (
+        '<cost_bound value="3 -17"/><conflict_limit value="100"/><restarts value="L,60"/>' in text
+    )
     assert decode_assumptions(text) == tuple(assumed)
 
 
@@ -401,8 +404,10 @@ def test_a_wrong_number_of_parameters(count: str) -> None:
     assert len(str(caught.value)) < 300
 
 
-@pytest.mark.parametrize(("limit", "wrong"), [("cost_bound", "3,17"), ("conflict_limit", "-1")])
+@pytest.mark.parametrize(
+    ("limit", "wrong"), [("cost_bound", "3,17"), ("conflict_limit", "-1"), ("restarts", "L;60")]
+)
 def test_a_wrong_limit(limit: str, wrong: str) -> None:
     for value in ("", "x", "1.5", wrong, "9" * 30):
-        with pytest.raises(XmlError, match=limit.replace("_", " ")):
+        with pytest.raises(XmlError, match=limit.replace("_", " ").rstrip("s")):
             decode_assumptions(f'<assumptions><{limit} value="{value}"/></assumptions>')

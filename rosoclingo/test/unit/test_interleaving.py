@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import islice
+from itertools import groupby, islice
 from typing import Callable, List
 
 from rosoclingo.loop.planner.interleaving import Interleaving, Turn, UnbrokenFirst
@@ -61,6 +61,15 @@ def test_plans_without_pauses_have_long_turns_with_two_horizons() -> None:
     assert [turn.seconds for turn in unbroken] == [2.0, 2.0, 3.0, 3.0]
     near = turns[: turns.index(unbroken[-1])]
     assert {turn.horizon for turn in near if not turn.is_unbroken} <= set(range(20, 36))
+
+
+def test_rounds_alternate_between_two_restart_strategies() -> None:
+    turns = played(unbroken_first(20), lambda _: False, 100)
+    rounds = [key for key, _ in groupby(turns, lambda turn: turn.restarts_dynamically)]
+    assert rounds[:4] == [True, False, True, False]
+    for is_dynamic in (True, False):
+        same = [turn for turn in turns if turn.restarts_dynamically == is_dynamic]
+        assert {turn.is_unbroken for turn in same} == {True, False}
 
 
 def test_other_plans_get_any_horizon_in_the_end() -> None:

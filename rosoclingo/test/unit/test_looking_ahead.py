@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from pathlib import Path
-from typing import Any, Collection, List, Sequence
+from typing import Any, Collection, Iterable, List, Sequence
 
 import pytest
 from conftest import PACKAGE, Make, System
@@ -15,7 +15,10 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import (
     AssignExternal,
+    Assumed,
+    Assumption,
     Command,
+    CostBound,
     Ground,
     Improvement,
     Outcome,
@@ -54,6 +57,10 @@ WALK = [f"go({cell})" for cell in range(2, 7)]  # the way to 6
 MODES = ["dynamic.incremental.recording", "dynamic.incremental.dyn_reset", SINGLE]
 
 
+def assumes_atoms(assumed: Iterable[Assumed]) -> bool:
+    return any(isinstance(one, (Assumption, CostBound)) for one in assumed)
+
+
 class Slow(Forwarding):
     """A solver whose time is over at once with some horizons, without assumptions.
 
@@ -78,7 +85,7 @@ class Slow(Forwarding):
         return super().run(commands)
 
     def solve(self, assumptions: Any = (), stopped: Any = None, improved: Any = None) -> Outcome:
-        if assumptions or self.asked not in self._hard:
+        if assumes_atoms(assumptions) or self.asked not in self._hard:
             return super().solve(assumptions, stopped, improved)
         return Outcome(Result.UNKNOWN, interrupted=True)
 
@@ -370,9 +377,10 @@ class Hasty(Slow):
 
     def solve(self, assumptions: Any = (), stopped: Any = None, improved: Any = None) -> Outcome:
         found: List[Improvement] = []
+        assumes = assumes_atoms(assumptions)
 
         def has_to_end() -> bool:
-            return bool(found and not assumptions) or (stopped is not None and stopped())
+            return bool(found and not assumes) or (stopped is not None and stopped())
 
         def tell(one: Improvement) -> None:
             found.append(one)

@@ -169,7 +169,7 @@ class Engine:
 
         Args:
             assumptions: What to assume. An atom that the grounding does not have is false. With
-                several bounds of costs or limits of conflicts, the last one counts.
+                several bounds of costs, limits of conflicts or strategies, the last one counts.
             stopped: Asked every 10 ms, in another thread, while this one searches; the search ends
                 when it says True. Without it the search cannot be ended.
             improved: Called with each better model while optimising.
@@ -183,8 +183,11 @@ class Engine:
         ]
         bounds = [a.cost for a in assumptions if isinstance(a, wire.CostBound)]
         limits = [a.conflicts for a in assumptions if isinstance(a, wire.ConflictLimit)]
+        strategies = [a.strategy for a in assumptions if isinstance(a, wire.Restarts)]
         self.core = ()
         solving = cast(clingo.Configuration, self._control.configuration.solve)
+        solver = cast(clingo.Configuration, self._control.configuration.solver)
+        restarts = solver.restarts if strategies and len(solver) == 1 else None
         mode, limit = solving.opt_mode, solving.solve_limit
         self.activity.begin(SOLVING)
         try:
@@ -192,6 +195,8 @@ class Engine:
                 solving.solve_limit = str(limits[-1])
             if bounds:
                 solving.opt_mode = ",".join(["opt", *map(str, bounds[-1])])
+            if restarts is not None:
+                _set_restarts(solver, strategies[-1])
             with SearchWatch(stopped or (lambda: False), self._control.interrupt) as watch:
                 outcome = self._search(literals, watch, improved)
                 if outcome.interrupted and not watch.stopped:
@@ -207,6 +212,8 @@ class Engine:
                 solving.opt_mode = mode
             if limits:
                 solving.solve_limit = limit
+            if restarts is not None:
+                solver.restarts = restarts
             self._log_messages()
 
     def _search(
@@ -418,6 +425,15 @@ def default_policy(options: Options) -> Policy:
     """Returns the policy of a node that sets no parameter (see :class:`Engine`)."""
     folders = [os.path.dirname(os.path.abspath(file)) for file in options.files]
     return Policy(load_path=tuple(dict.fromkeys([*folders, os.getcwd()])))
+
+
+def _set_restarts(solver: clingo.Configuration, strategy: str) -> None:
+    try:
+        solver.restarts = strategy
+    except RuntimeError as err:
+        raise SolverError(
+            f"clingo knows no restart strategy {shorten(strategy)}: there is, for instance, L,60"
+        ) from err
 
 
 class _ExternalValues(Observer):

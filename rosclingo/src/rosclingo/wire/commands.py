@@ -189,8 +189,19 @@ class ConflictLimit:
     conflicts: int
 
 
-Assumed = Union[Assumption, CostBound, ConflictLimit]
-"""An assumption of a solve call: an atom with its value, a bound of costs, or a limit."""
+@dataclass(frozen=True)
+class Restarts:
+    """The restart strategy of one solve call; ignored by a solver with several threads.
+
+    Attributes:
+        strategy: As the value of clingo's option ``--restarts``, such as ``D,100,0.7``.
+    """
+
+    strategy: str
+
+
+Assumed = Union[Assumption, CostBound, ConflictLimit, Restarts]
+"""What one solve call assumes: an atom's value, a bound of costs, a limit, a restart strategy."""
 
 
 class Result(enum.Enum):

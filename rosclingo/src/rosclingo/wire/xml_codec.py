@@ -23,6 +23,7 @@ from rosclingo.wire.xml_tree import MAX_ELEMENTS, Element, parse
 _ELEMENTS, _TEXT = "elements", "text"  # what may be inside of an element, if not nothing
 _COSTS = re.compile(r"-?[0-9]{1,18}(?: -?[0-9]{1,18})*")
 _WHOLE = re.compile(r"[0-9]{1,9}")
+_STRATEGY = re.compile(r"[A-Za-z](?:,[0-9]{1,9}(?:\.[0-9]{1,6})?){1,4}")
 _TRUTHS = {**{truth.value: truth for truth in wire.Truth}, "none": wire.Truth.FREE}
 
 
@@ -89,6 +90,8 @@ def _encode_assumed(assumed: wire.Assumed) -> str:
         return f'<cost_bound value="{" ".join(map(str, assumed.cost))}"/>'
     if isinstance(assumed, wire.ConflictLimit):
         return f'<conflict_limit value="{assumed.conflicts}"/>'
+    if isinstance(assumed, wire.Restarts):
+        return f"<restarts value={_attribute(assumed.strategy)}/>"
     value = "true" if assumed.value else "false"
     return f'<assumption name={_attribute(assumed.name)} value="{value}"/>'
 
@@ -116,9 +119,18 @@ def _conflict_limit(element: Element) -> wire.ConflictLimit:
     return wire.ConflictLimit(int(text))
 
 
+def _restarts(element: Element) -> wire.Restarts:
+    """Reads a restart strategy."""
+    strategy = _expect(element, "restarts", "value")["value"]
+    if not _STRATEGY.fullmatch(strategy):
+        raise element.error('a restart strategy is as for clingo, such as value="D,100,0.7"')
+    return wire.Restarts(strategy)
+
+
 _ASSUMED: Dict[str, Callable[[Element], wire.Assumed]] = {
     "cost_bound": _cost_bound,
     "conflict_limit": _conflict_limit,
+    "restarts": _restarts,
 }
 
 

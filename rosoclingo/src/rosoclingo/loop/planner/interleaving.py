@@ -26,11 +26,14 @@ class Turn(NamedTuple):
         horizon: The horizon.
         seconds: How long the search may take.
         is_unbroken: Whether it is for plans without pauses.
+        restarts_dynamically: Whether the solver restarts as the quality of what it learns says, and
+            not by its own default.
     """
 
     horizon: int
     seconds: float
     is_unbroken: bool = False
+    restarts_dynamically: bool = False
 
 
 @dataclass(eq=False)
@@ -110,7 +113,8 @@ class UnbrokenFirst:
     """Shares time between plans without pauses and all others. Not thread-safe.
 
     At first, the others are looked for with the same horizons: further steps that are grounded make
-    each search slower.
+    each search slower. Every other round, from the first one on, has dynamic restarts: some tasks
+    that take minutes with one strategy take seconds with the other.
     """
 
     def __init__(self, asked: int, last: float, others: Interleaving) -> None:
@@ -132,17 +136,18 @@ class UnbrokenFirst:
         others = self._others.turns()
         for number in count():
             is_near = number < _ROUNDS
+            is_dynamic = number % 2 == 0
             self._fill(is_near)
             seconds = _SECONDS * _LENGTHENING**number
             for horizon in tuple(self._open):
-                yield Turn(horizon, seconds, is_unbroken=True)
+                yield Turn(horizon, seconds, True, is_dynamic)
             left = _PAIR * seconds * (_LITTLE if is_near else _SAME)
             while left > 0 or not self._open:
                 self._fill(is_near)
                 turn = next(others, None)
                 if turn is None:
                     return
-                yield turn
+                yield turn._replace(restarts_dynamically=is_dynamic)
                 left -= turn.seconds
 
     def _fill(self, is_near: bool) -> None:

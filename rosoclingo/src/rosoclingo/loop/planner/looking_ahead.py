@@ -19,6 +19,8 @@ from rosoclingo.loop.values.added import UNBROKEN
 from rosoclingo.loop.values.atoms import query
 from rosoclingo.loop.values.solver import Solver
 
+_DYNAMIC_RESTARTS = wire.Restarts("D,100,0.7")  # as in clingo's configuration trendy
+
 
 def look_ahead(
     solver: Solver,
@@ -62,7 +64,8 @@ def look_ahead(
             unbroken.move(turn.horizon if turn.is_unbroken else 0)
             found: List[wire.Improvement] = []
             until = _until(turn.seconds, stopped, found if turn.is_unbroken else ())
-            outcome = solver.solve((), until, found.append)
+            strategy = (_DYNAMIC_RESTARTS,) if turn.restarts_dynamically else ()
+            outcome = solver.solve(strategy, until, found.append)
             symbols = outcome.symbols or (found[-1].symbols if found else ())
             if outcome.result is wire.Result.SAT or symbols:
                 quality = Quality(found[-1].cost) if found else None
