@@ -58,6 +58,18 @@ def test_mistakes_end_the_node(terminals: Terminals, tmp_path: Path) -> None:
     assert "line 6: type: /door has the types std_msgs/Bool and std_msgs/String" in late.output
 
 
+def test_a_topic_whose_type_changes_is_named(terminals: Terminals, tmp_path: Path) -> None:
+    node = observe(terminals, tmp_path, DOOR)
+    terminals.publish("/door", "std_msgs/Bool", "{data: true}")
+    node.wait_for("door (line 2): told blocked(c3,c4)")
+    terminals.publish("/door", "std_msgs/String", "{data: open}")
+    node.wait_for("the type of /door has changed from std_msgs/Bool to std_msgs/String")
+    node.interrupt()
+    assert node.wait() == 0
+    assert node.output.count("the type of /door has changed") == 1
+    assert "told unblocked" not in node.output
+
+
 @pytest.mark.install_space
 def test_what_holds_is_told_to_whoever_comes(terminals: Terminals, tmp_path: Path) -> None:
     node = observe(terminals, tmp_path, DOOR)

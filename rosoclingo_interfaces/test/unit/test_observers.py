@@ -159,6 +159,9 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
         (HEAD + "  equals: 1\n  field: a[-1]", 5, "field: expected names such as"),
         (HEAD + "  equals: 1.5", 4, "equals: expected true, false, an integer or a text"),
         (HEAD + "  equals: [1]", 4, "equals: expected a text"),
+        (HEAD + "  equals:", 4, "equals: expected true, false, an integer or a text"),
+        (HEAD + "  equals: !!int ''", 4, "equals: expected an integer such as 3"),
+        (HEAD + "  equals: !!bool ''", 4, "equals: expected true, false, an integer or a text"),
         (HEAD + "  silent: 0", 4, "silent: expected more than 0 seconds"),
         (HEAD + "  silent: soon", 4, "silent: expected a number of seconds from 0 on"),
         (HEAD + "  silent: .nan", 4, "silent: expected a number of seconds from 0 on"),
@@ -320,6 +323,10 @@ def test_equality_and_patterns(clock: Clock) -> None:
     values = [False, True, True, False]
     expected = [None, "closed(d1)", None, "open(d1)"]
     assert [clock.tells(closed, data(value)) for value in values] == expected
+    for words in ("equals: ''", 'equals: ""', "equals: !!str"):
+        nothing = clock.observer("topic: t", "tell: no_text", "else: text", words)
+        said = [clock.tells(nothing, data(value)) for value in ("x", "", "", " ")]
+        assert said == [None, "no_text", None, "text"]
     text = clock.observer("topic: t", "tell: seen", "pattern: ^person")
     assert clock.tells(text, data("no person")) is None
     assert clock.tells(text, data("person 3")) == "seen"

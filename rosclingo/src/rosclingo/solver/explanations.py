@@ -4,7 +4,7 @@ A case G is said by facts, with G as their last argument:
 
 * ``observed(O,X,G)``: X was observed of O, such as ``failure`` of a drive
 * ``usual(O,X,G)``: X is what would be observed of O if no cause has a say in that
-* ``cause(C,W,G)``: C may be so; that is surprising by W, a whole number from 1 on
+* ``cause(C,W,G)``: C may be so; that is surprising by W, a whole number from 1 to 1,000,000
 * ``makes(C,O,X,G)``: if C is so, X may be observed of O, and what is usual may not
 * ``may_make(C,O,X,G)``: if C is so, X may be observed of O, as well as what is usual
 * ``excludes(C,D,G)``: C and D are not both so
@@ -57,6 +57,10 @@ EXPLANATIONS = "explanations"
 
 _ARITIES = {"cause": 3, "usual": 3, "observed": 3, "excludes": 3, "makes": 4, "may_make": 4}
 
+MOST_SURPRISING = 1_000_000
+"""The largest surprise of a cause: clingo does not end where a sum of them leaves its 32 bits."""
+
+_LARGEST_SUM = LARGEST - 1  # the solver adds 1 to each sum
 _MOST_CASES = 4  # of which the explanations are kept
 
 
@@ -103,9 +107,9 @@ class CauseFinder:
             margin: How much more than the best one they weigh at most, a number from 0 on.
 
         Raises:
-            ValueError: An atom of the case is no fact, a surprise is no whole number from 1 on, or
-                is said twice, or they are too large; the numbers are wrong; or others were asked
-                for since.
+            ValueError: An atom of the case is no fact, a surprise is no whole number from 1 to
+                :data:`MOST_SURPRISING`, or is said twice, or all of them are too large together;
+                the numbers are wrong; or others were asked for since.
         """
         asked = most, margin
         if asked not in self._found.get(case, {}):
@@ -134,30 +138,30 @@ class CauseFinder:
                 *rest, case = arguments
                 if name == "cause":
                     cause, weight = rest
-                    number = _whole(weight, 1, Function(name, arguments))
+                    number = _whole(weight, 1, Function(name, arguments), MOST_SURPRISING)
                     if weights.setdefault((case, cause), number) != number:
                         raise ValueError(f"{shorten(str(cause))} has two surprises in a case")
                 self._cases.setdefault(case, []).append((name, tuple(rest)))
         totals: Dict[Symbol, int] = {}
         for (case, _), number in weights.items():
             totals[case] = totals.get(case, 0) + number
-            if totals[case] > LARGEST:
+            if totals[case] > _LARGEST_SUM:
                 raise ValueError(
                     f"the causes of the case {shorten(str(case))} have surprises of more than "
-                    f"{LARGEST} together"
+                    f"{_LARGEST_SUM} together; say smaller ones"
                 )
 
 
-def _whole(symbol: Symbol, least: int, where: object) -> int:
-    """Returns a number from ``least`` on.
+def _whole(symbol: Symbol, least: int, where: object, most: int = LARGEST) -> int:
+    """Returns a number from ``least`` to ``most``.
 
     Raises:
         ValueError: It is none.
     """
-    if symbol.type is not SymbolType.Number or symbol.number < least:
+    if symbol.type is not SymbolType.Number or not least <= symbol.number <= most:
         raise ValueError(
             f"{shorten(str(where))} has {shorten(str(symbol))} where a whole number from {least} "
-            "on belongs"
+            f"to {most} belongs"
         )
     return symbol.number
 

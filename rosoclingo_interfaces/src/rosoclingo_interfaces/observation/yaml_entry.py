@@ -14,6 +14,7 @@ from rosclingo.solver.terms import quote
 from rosoclingo_interfaces.errors import ObservationError
 
 _TAG = "tag:yaml.org,2002:"
+_TRUTH_VALUES = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 
 
 def read_entry(file: Path) -> YamlEntry:
@@ -121,20 +122,23 @@ class YamlEntry:
         return number
 
     def scalar(self, key: str) -> Union[bool, int, str]:
-        """Returns a truth value, an integer or a text.
+        """Returns a truth value, an integer or a text; a text in quotes may be empty.
 
         Raises:
             ObservationError: It is something else.
         """
-        text, tag = self.text(key), self._nodes[key][1].tag
-        if tag == f"{_TAG}bool":
-            return text.lower() in ("true", "yes", "on")
-        if tag == f"{_TAG}int":
+        node = self._nodes[key][1]
+        if not isinstance(node, yaml.ScalarNode):
+            raise self.wrong(f"{key}: expected a text", key)
+        text = str(node.value)
+        if node.tag == f"{_TAG}bool" and text.lower() in _TRUTH_VALUES:
+            return _TRUTH_VALUES[text.lower()]
+        if node.tag == f"{_TAG}int":
             try:
                 return int(text, 0)
             except ValueError as err:
                 raise self.wrong(f"{key}: expected an integer such as 3", key) from err
-        if tag != f"{_TAG}str":
+        if node.tag != f"{_TAG}str":
             raise self.wrong(f"{key}: expected true, false, an integer or a text", key)
         return text
 

@@ -34,6 +34,7 @@ from rosoclingo_interfaces.ros.topics import topic
 # All in wall time.
 _TICK_SECONDS = 0.05  # how often it is looked whether a debounce has ended, or a topic is silent
 _SEARCH_SECONDS = 0.5  # how often the master is asked for the types of topics
+_CHECK_SECONDS = 2.0  # likewise, when all are known
 _WARNING_SECONDS = 30.0  # how often an observer says at most that messages make no sense
 
 _ABOUT = "about"
@@ -67,7 +68,9 @@ class ObserverNode:
             for name in ("/tf", "/tf_static"):
                 self._subscribers.append(subscriber(name, TFMessage, self._on_transforms))
         self._waiting = self._by_topic()
-        self._open_topics()
+        self._opened: Dict[str, List[Observer]] = {}  # by the names of topics, if types matter
+        self._types: Dict[str, str] = {}  # those that topics had last, likewise
+        self._look_at_types()
         self._encodings = EncodingReader(lambda reason: rospy.logwarn("%s", reason))
         planning_node = rospy.resolve_name(topic(_ABOUT))[: -len(_ABOUT) - 1]
         self._encodings.listen(planning_node, self._check_vocabulary)
@@ -84,9 +87,11 @@ class ObserverNode:
         search_at = time.monotonic() + _SEARCH_SECONDS
         seen = 0  # transforms
         while not end.wait(_TICK_SECONDS):
-            if self._waiting and time.monotonic() >= search_at:
-                search_at = time.monotonic() + _SEARCH_SECONDS
-                self._open_topics()
+            if time.monotonic() >= search_at:
+                self._look_at_types()
+                search_at = time.monotonic() + (
+                    _SEARCH_SECONDS if self._waiting else _CHECK_SECONDS
+                )
                 if self._waiting and reminder.due():
                     names = ", ".join(self._waiting)
                     rospy.loginfo("waiting for somebody who publishes %s", names)
@@ -111,9 +116,11 @@ class ObserverNode:
                 found.setdefault(rospy.resolve_name(observer.topic), []).append(observer)
         return found
 
-    def _open_topics(self) -> None:
-        """Subscribes to those topics whose types are known by now."""
+    def _look_at_types(self) -> None:
+        """Subscribes to the topics whose types are known by now, and warns of types that change."""
         types = topic_types()
+        for name, observers in self._opened.items():
+            self._check_type(name, observers, types.get(name, self._types[name]))
         for name, observers in list(self._waiting.items()):
             kind = _class_of(name, observers, types.get(name, ""))
             if kind is None:
@@ -121,6 +128,21 @@ class ObserverNode:
             del self._waiting[name]
             hear = partial(self._on_message, observers)
             self._subscribers.append(subscriber(name, kind, hear))
+            if kind is not rospy.AnyMsg:
+                self._opened[name], self._types[name] = observers, kind._type
+
+    def _check_type(self, name: str, observers: Sequence[Observer], actual: str) -> None:
+        """Warns when a topic's type becomes another one, of which ROS delivers no messages here."""
+        before, self._types[name] = self._types[name], actual
+        if actual == before:
+            return
+        names = ", ".join(one.name for one in observers)
+        rospy.logwarn(
+            "%s: the type of %s has changed from %s to %s; if messages of the new type are meant, "
+            "start this node again%s; what was known before counts",
+            names, name, before, actual,
+            " and correct type in its file" if any(one.type for one in observers) else "",
+        )  # fmt: skip
 
     def _on_message(self, observers: Sequence[Observer], message: Any) -> None:
         for observer in observers:
