@@ -24,9 +24,9 @@ from rosoclingo.loop.actuator_health import (
     HealthClocks,
     actuator_health,
     actuators_of,
-    untaken_answers,
 )
 from rosoclingo.loop.execution.heartbeats import Heartbeat
+from rosoclingo.loop.execution.tokens import untaken_answers
 from rosoclingo.loop.execution.watchdog import REMINDER_SECONDS
 from rosoclingo.loop.health import START_SECONDS, StoreSummary, loop_health, store_health
 from rosoclingo.loop.journal import AnswerArrived, Control, ControlArrived, MessageArrived

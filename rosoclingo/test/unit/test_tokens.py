@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, List, Sequence, Tuple
+from typing import Any, Callable, List, Mapping, Sequence, Tuple
 
 import pytest
 from resuming import resume, snapshot_of
@@ -12,9 +13,14 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import AnswerArrived, MessageArrived
+from rosoclingo.loop.execution.executions import Executions
+from rosoclingo.loop.inputs.inbox import Item
+from rosoclingo.loop.journal import AnswerArrived, Control, ControlArrived, MessageArrived
 from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.values.atoms import Action
+from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
+from rosoclingo.ros.copies import AnswerCopies
 
 LINE = f"{EXAMPLES}/line.lp"
 MODE = "dynamic.incremental.dyn_reset"
@@ -31,15 +37,29 @@ status(ID,aborted,t) :- event(robot,unknown,t), asked(ID,_,t).
 class Robot(System):
     """Answers with tokens, as ``play`` says, which is called whenever the loop waits."""
 
-    def __init__(self, make: Callable[..., Loop], play: Callable[[Robot], None]) -> None:
+    def __init__(
+        self, make: Callable[..., Loop], play: Callable[[Robot], None], **parameters: Any
+    ) -> None:
         self.shown: List[Tuple[str, List[Execution]]] = []
+        self.copies = AnswerCopies()
         self._play = play
-        super().__init__(make)
+        super().__init__(make, **parameters)
 
     @property
     def told(self) -> Execution:
         """What the robot was told last."""
         return next(told for told in self.shown[-1][1] if told.actuator == "robot")
+
+    def put(self, item: Item) -> None:
+        """Something comes in, as over ROS."""
+        executions = self.loop.state.executions
+        if isinstance(item, AnswerArrived) and self.copies.is_copy(item, executions):
+            return
+        if isinstance(item, MessageArrived):
+            if self.copies.repeats_token(item, executions.last):
+                return
+            item = replace(item, sender="")
+        super().put(item)
 
     def reply(self, value: str, number: int = 0, run: str = "", sender: str = "/node") -> None:
         """Answers the last action, or that with a number."""
@@ -79,10 +99,16 @@ def test_a_run_shows_itself_before_it_has_an_action() -> None:
     assert two.shown == one.shown
 
 
-def robot(play: Callable[[Robot], None], *files: str, mode: str = MODE, line: str = LINE) -> Robot:
+def robot(
+    play: Callable[[Robot], None],
+    *files: str,
+    mode: str = MODE,
+    line: str = LINE,
+    **parameters: Any,
+) -> Robot:
     options = Options((line, *files))
     constants = () if mode == SINGLE else ("-c", "steps=30")
-    return Robot(make_parts(mode, options, constants).loop, play)
+    return Robot(make_parts(mode, options, constants).loop, play, **parameters)
 
 
 def visit(made: Robot, cell: int) -> List[str]:
@@ -108,6 +134,61 @@ def test_an_answer_with_its_token(mode: str) -> None:
     # After a reset, numbers go on.
     assert visit(made, 3) == ["accepted", "succeeded"]
     assert made.told.number == 4
+
+
+@pytest.mark.parametrize("mode", [MODE, SINGLE])
+@pytest.mark.parametrize("held", [{"ask_before": ["go(3)"]}, {}], ids=["approval", "hold"])
+def test_an_answer_is_confirmed_while_the_next_action_is_held(
+    mode: str, held: Mapping[str, Any]
+) -> None:
+    """An interface by the letter repeats its answer until ``~dispatch`` says that it was taken."""
+    made = robot(lambda robot: robot.reply("success"), mode=mode, **held)
+    if not held:
+        made._play = hold
+    assert visit(made, 3) == ["accepted"]
+    assert [action for _, action in made.published] == ["go(2)"]
+    assert [(one.number, one.answer) for one in made.shown[-1][1]] == [(1, "success")]
+    made.put(ControlArrived(Control.APPROVE if held else Control.RELEASE, "robot"))
+    made._play = lambda robot: robot.reply("success")
+    assert made.run() is None
+    assert [action for _, action in made.published] == ["go(2)", "go(3)"]
+    assert made.goals[0].words == ["accepted", "succeeded"]
+    assert made.dropped == made.warnings == []
+
+
+def hold(made: Robot) -> None:
+    """Puts the robot on hold, which answers."""
+    made.put(ControlArrived(Control.HOLD, "robot"))
+    made.reply("success")
+
+
+def test_a_failure_is_confirmed_in_the_pause_before_the_retry() -> None:
+    def play(made: Robot) -> None:
+        made.reply("failure")
+
+    made = robot(play, policies={"go(*)": {"retries": 1, "pause": 5}})
+    assert visit(made, 2) == ["accepted"]
+    for _ in range(3):
+        made.reply("failure", number=1)
+        assert made.run() is None
+    assert [(one.number, one.answer) for one in made.shown[-1][1]] == [(1, "failure")]
+    made.reply("success", number=1)
+    made.clock += 6.0
+    made._play = lambda robot: robot.reply("success")
+    assert made.run() is None
+    made.run()
+    assert made.goals[0].words == ["accepted", "succeeded"]
+    assert made.dropped == ["answer success to action 1: robot has answered failure already"]
+
+
+def test_what_a_held_action_has_replaced_is_over() -> None:
+    """Nobody waits for its answer: ``~dispatch`` says so, and an interface stops repeating it."""
+    executions = Executions(Environment())
+    executions.begin(Action("robot", "go(2)", 1))
+    executions.begin(Action("robot", "go(3)", 2), is_held=True)
+    assert [(one.number, one.is_open) for one in executions.dispatched] == [(1, False)]
+    executions.dispatch("robot")
+    assert [(one.action, one.is_open) for one in executions.dispatched] == [("go(3)", True)]
 
 
 def test_two_runs_have_two_ids() -> None:
@@ -169,27 +250,80 @@ def test_who_answers_on_both_is_counted_once(order: str) -> None:
     assert visit(made, 6) == ["accepted"]
     assert [action for _, action in made.published] == [f"go({cell})" for cell in (2, 3, 4, 5)]
     assert made.messages == [("robot", "success")] * 3
-    note = (
-        "answer success of robot without a token: /node has given it to the action before, with "
-        "its token"
-    )
-    assert made.dropped == ([note] * 2 if order == "in later" else [])
+    assert made.dropped == made.warnings == []
 
 
-def test_a_node_that_answers_now_so_and_now_so() -> None:
-    """Each of its answers counts."""
+def test_a_node_that_has_answered_with_a_token() -> None:
+    """Its answers without count for nothing from then on, whatever its actuator does."""
 
     def play(made: Robot) -> None:
-        number = made.told.number
-        if number in (1, 2, 4):
+        made.put(MessageArrived("robot", "failure", sender="/node"))
+        if made.told.number < 4:
             made.reply("success")
-        if number in (2, 3, 5):
-            made.put(MessageArrived("robot", "success", sender="/node"))
 
     made = robot(play)
+    made.copies.restore(made.loop.state.executions, [AnswerArrived("", 0, "", "/node")])
+    assert visit(made, 6) == ["accepted"]
+    assert made.messages == [("robot", "success")] * 3
+    made.put(MessageArrived("robot", "success", sender="/old"))
+    assert made.run() is None
+    assert made.messages == [("robot", "success")] * 4
+    assert made.dropped == made.warnings == []
+
+
+@pytest.mark.parametrize("mode", [MODE, SINGLE])
+def test_copies_of_answers_that_were_taken(mode: str) -> None:
+    """They are no news: while the loop is busy, and when the next action has begun, for ever."""
+
+    def play(made: Robot) -> None:
+        for number in range(1, made.told.number + 1):
+            for _ in range(3):
+                made.reply("success", number=number)
+
+    made = robot(play, mode=mode)
     assert visit(made, 6) == ["accepted", "succeeded"]
-    assert made.messages == [("robot", "success")] * 5
-    assert made.dropped == []
+    assert visit(made, 2) == ["accepted", "succeeded"]
+    assert made.messages == [("robot", "success")] * 9
+    assert made.dropped == made.warnings == []
+
+
+@pytest.mark.parametrize("mode", [MODE, SINGLE])
+def test_copies_after_a_crash(mode: str) -> None:
+    """What was taken before it is known, and so is what was stored and not taken."""
+    constants = () if mode == SINGLE else ("-c", "steps=30")
+    make = make_parts(mode, Options((LINE,)), constants).loop
+    made = Robot(make, lambda robot: robot.reply("success") if robot.told.number < 3 else None)
+    goal: Any = made.request("visit(5)")
+    assert made.run() is None
+    made.reply("success")
+    saved, waiting = snapshot_of(made.loop), made.take()
+    made.loop = make(made, made)
+    resume(made.loop, saved, lambda identifier: goal)
+    made.copies = AnswerCopies()
+    made.copies.restore(made.loop.state.executions, waiting)
+    for item in waiting:
+        made.add(item)
+    for number in (1, 2, 3):
+        made.reply("success", number=number)
+    made._play = lambda robot: robot.reply("success")
+    made._is_prepared = True
+    assert made.run() is None
+    assert goal.words == ["accepted", "succeeded"]
+    assert made.messages == [("robot", "success")] * 4
+    assert made.dropped == made.warnings == []
+
+
+def test_an_answer_that_came_before_its_action() -> None:
+    """It is dropped, and is none to the action that gets its number later."""
+
+    def play(made: Robot) -> None:
+        if made.told.number == 1:
+            made.reply("success", number=2)
+        made.reply("success")
+
+    made = robot(play)
+    assert visit(made, 4) == ["accepted", "succeeded"]
+    assert made.dropped == ["answer success to action 2: there is none"]
 
 
 def test_answers_on_the_old_topic() -> None:
@@ -218,7 +352,10 @@ def test_a_second_answer() -> None:
     made.reply("success")
     made.reply("failure")
     assert made.run() is None
-    assert made.dropped[1:] == ["answer failure to action 1: robot has answered success already"]
+    assert len(made.dropped) == 1, "each answer is dropped once"
+    made.reply("unknown")
+    assert made.run() is None
+    assert made.dropped[1:] == ["answer unknown to action 1: robot has answered success already"]
 
 
 def test_an_answer_that_is_wrong() -> None:

@@ -5,25 +5,19 @@ See docs/protocol.md, section "Diagnostics".
 
 from __future__ import annotations
 
-from typing import Collection, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
+from typing import Collection, List, NamedTuple, Optional, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.health import Health, HealthLevel, number, since
 from rosoclingo.loop.execution.heartbeats import Heartbeat
-from rosoclingo.loop.execution.watchdog import REMINDER_SECONDS
-from rosoclingo.loop.inputs.inbox import Item
-from rosoclingo.loop.journal import AnswerArrived, MessageArrived
+from rosoclingo.loop.execution.tokens import UntakenAnswer
+from rosoclingo.loop.execution.watchdog import LATE_SECONDS, REMINDER_SECONDS
 from rosoclingo.loop.monitor import LoopSummary
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.words import LOST
 
-LATE_SECONDS = 5.0
-"""By how much an action may take longer than its encoding says, in seconds of ROS's time."""
-
 _OK, _WARN, _ERROR = HealthLevel.OK, HealthLevel.WARN, HealthLevel.ERROR
 _TIMED_OUT = "has not answered in time"
-
-_Answer = Union[str, int]  # the id of an actuator, or the number of a token
 
 
 class HealthClocks(NamedTuple):
@@ -38,21 +32,6 @@ class HealthClocks(NamedTuple):
     world: float
 
 
-def untaken_answers(items: Sequence[Item], run: str) -> Set[_Answer]:
-    """Returns whose answers are among inputs that the loop has not taken yet.
-
-    Args:
-        items: The inputs.
-        run: The id of the run.
-
-    Returns:
-        The ids of actuators, and the numbers of their tokens.
-    """
-    plain = (item.source for item in items if isinstance(item, MessageArrived))
-    tokens = (item for item in items if isinstance(item, AnswerArrived))
-    return {*plain, *(item.number for item in tokens if item.run == run)}
-
-
 def actuators_of(summary: LoopSummary) -> List[str]:
     """Returns the actuators that have acted, or are on hold, in the order of their ids."""
     return sorted({*(one.actuator for one in summary.executions), *summary.on_hold})
@@ -62,7 +41,7 @@ def actuator_health(
     actuator: str,
     summary: LoopSummary,
     clocks: HealthClocks,
-    answers: Collection[_Answer] = (),
+    answers: Collection[UntakenAnswer] = (),
     heartbeat: Optional[Heartbeat] = None,
 ) -> Health:
     """Returns the health of an actuator.
@@ -71,7 +50,7 @@ def actuator_health(
         actuator: Its id.
         summary: What is known of the loop.
         clocks: The time.
-        answers: Those of :func:`untaken_answers`.
+        answers: Those of :func:`.untaken_answers`.
         heartbeat: The last one of its action; None if there was none.
     """
     is_on_hold = actuator in summary.on_hold
@@ -94,7 +73,7 @@ def _execution_health(
     one: Execution,
     summary: LoopSummary,
     clocks: HealthClocks,
-    answers: Collection[_Answer],
+    answers: Collection[UntakenAnswer],
     heartbeat: Optional[Heartbeat],
 ) -> Tuple[HealthLevel, str, str]:
     """Returns level, message and state of an actuator by what it was told last."""

@@ -14,7 +14,7 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.backoff import Backoff, Pace
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.execution.progress import Progress
-from rosoclingo.loop.execution.tokens import resolve
+from rosoclingo.loop.execution.tokens import is_known, resolve, why_late
 from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, Taken, arrival_of, item_of
 from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.planner.demand import Pair
@@ -25,7 +25,7 @@ from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal, Goals
 from rosoclingo.loop.values.ids import RESERVED, why_no_message
 from rosoclingo.loop.values.snapshot import take_over
-from rosoclingo.loop.words import BUSY, FAILURE, INFO, LOST, QUEUE, TIMEOUT, UNKNOWN
+from rosoclingo.loop.words import BUSY, FAILURE, GIVEN_UP, INFO, LOST, QUEUE, TIMEOUT, UNKNOWN
 
 _FEEDBACK_SECONDS = 1.0  # how often goals are told how much waits
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
@@ -446,6 +446,8 @@ class Mail(MailState):
             return False
         actor, said = self._executions.acting(source), value
         is_answer = actor is not None and actor.is_open
+        if actor and message.sender != _OPERATOR and self._is_repeated(actor, said):
+            return False
         if actor and actor.is_held and actor.is_open and message.sender != _OPERATOR:
             what = "a retry" if actor.pauses else "an operator"
             dropped.append(
@@ -480,10 +482,10 @@ class Mail(MailState):
             if len(dropped) < _LOGGED_DROPS:
                 reason += self._suggest(source, value)
         elif actor and not is_answer and actor.outcome != value:
-            reason = f"it has answered {shorten(str(actor.outcome))} already"
+            reason = why_late("it", str(actor.answer))
         else:
             self._end_action(source, said, value)
-            if value == FAILURE and said in (UNKNOWN, LOST):
+            if is_answer and value == FAILURE and said in (UNKNOWN, LOST):
                 self._warn_of_unknown(source)
             if actor and actor.is_busy:
                 return False
@@ -494,6 +496,16 @@ class Mail(MailState):
             return not self._is_paced
         dropped.append(f"{journal.naming(source, value)}{reason}")
         return False
+
+    def _is_repeated(self, actor: Execution, said: str) -> bool:
+        """Tells if a message of an actuator only repeats the answer that was taken last.
+
+        So does the loop's own one that time is up, if the answer has come just before that.
+        """
+        told = self._executions.told.get(actor.actuator) if actor.is_held else actor
+        if told is None or told.is_open:
+            return False
+        return is_known(told.answer, said) or said in GIVEN_UP
 
     def reject(self, actuator: str) -> bool:
         """Takes an action that is held as failed.

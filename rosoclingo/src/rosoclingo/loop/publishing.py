@@ -117,7 +117,7 @@ def fail(state: State, one: Execution, answer: str) -> Optional[str]:
         return answer
     if was_aborted or one.attempt > policy.retries:
         return policy.then or answer
-    state.executions.retry(one.actuator, pause)
+    state.executions.retry(one.actuator, answer, pause)
     state.watchdog.look_soon()
     state.note(ActionRetried(one.actuator, one.action, one.attempt, answer))
     state.show_executions()

@@ -28,7 +28,7 @@ from rosoclingo.loop.values.execution import Execution, HeldAction, HoldReason
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.values.snapshot import take_over
 from rosoclingo.loop.waiting import Waiting
-from rosoclingo.loop.words import BUSY, LOST, TIMEOUT
+from rosoclingo.loop.words import BUSY, GIVEN_UP
 
 
 @dataclass(frozen=True)
@@ -268,7 +268,7 @@ class State(Progress):
 
     def _take_answer(self, one: Execution, answer: str) -> Optional[str]:
         """Notes whose answers are missing; returns what the planner is told, if anything."""
-        if answer in (TIMEOUT, LOST):
+        if answer in GIVEN_UP:
             self._timed_out.add(one.actuator)
         else:
             self._timed_out.discard(one.actuator)

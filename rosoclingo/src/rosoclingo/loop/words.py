@@ -14,6 +14,9 @@ TIMEOUT = "timeout"
 LOST = "lost"
 """The answer in the place of an actuator whose interface is gone: it sends no heartbeats."""
 
+GIVEN_UP = (TIMEOUT, LOST)
+"""The answers that rosoclingo gives itself, in the place of an actuator."""
+
 BUSY = "busy"
 """What the loop says of an actuator that goes on with its action in the next step."""
 

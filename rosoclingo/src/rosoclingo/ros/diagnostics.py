@@ -13,13 +13,9 @@ from std_msgs.msg import Header
 from rosclingo.health import Health, since
 from rosclingo.ros.diagnostics import DiagnosticsPublisher, read_parameters
 from rosclingo.ros.low_latency import publisher
-from rosoclingo.loop.actuator_health import (
-    HealthClocks,
-    actuator_health,
-    actuators_of,
-    untaken_answers,
-)
+from rosoclingo.loop.actuator_health import HealthClocks, actuator_health, actuators_of
 from rosoclingo.loop.durability import Durability
+from rosoclingo.loop.execution.tokens import untaken_answers
 from rosoclingo.loop.health import loop_health, store_health
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox

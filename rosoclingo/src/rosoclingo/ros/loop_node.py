@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from dataclasses import replace
 from functools import partial
 from typing import Any, Callable, Dict, Optional, TypeVar
 
@@ -39,6 +40,7 @@ from rosoclingo.msg import (
     ROSoClingoIn,
     ROSoClingoResult,
 )
+from rosoclingo.ros.copies import AnswerCopies
 from rosoclingo.ros.diagnostics import LoopDiagnostics, SolverReport
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.environment import ActionClient, RosEnvironment
@@ -147,6 +149,7 @@ class LoopNode:
         self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
         self._goals: Dict[str, Goal] = {}
+        self._copies = AnswerCopies()
         self._server = LowLatencyActionServer(
             rospy.get_name(),
             ROSoClingoAction,
@@ -172,6 +175,7 @@ class LoopNode:
             return ActionClient(restore_goal(self._server, goal), self._loop.state.note)
 
         self._goals = durability.resume(self._loop.state, client)
+        self._copies.restore(self._loop.state.executions, self._inbox.waiting())
         for goal in durability.ended:
             self._server.remember_result(status_of(goal), ROSoClingoResult(goal.status.value))
         ended = [(goal, restore_goal(self._server, goal)) for goal in durability.unsure]
@@ -236,15 +240,17 @@ class LoopNode:
             self.failure = reason
 
     def _on_message(self, message: ROSoClingoIn) -> None:
-        header = message._connection_header
-        if TOKENS_HEADER in header and message.id in self._environment.told:
+        told = self._environment.told
+        if TOKENS_HEADER in message._connection_header and message.id in told:
             return  # for those who listen; it comes with its token, too
-        sender = header.get("callerid", "")
-        self._put(MessageArrived(message.id, message.value, sender=sender))
+        arrived = MessageArrived(message.id, message.value, sender=_sender(message))
+        if not self._copies.repeats_token(arrived, told):
+            self._put(replace(arrived, sender=""))
 
     def _on_answer(self, message: ROSoClingoAnswer) -> None:
-        sender = message._connection_header.get("callerid", "")
-        self._put(AnswerArrived(message.run, message.number, message.value, sender=sender))
+        answer = AnswerArrived(message.run, message.number, message.value, _sender(message))
+        if not self._copies.is_copy(answer, self._loop.state.executions):
+            self._put(answer)
 
     def _on_heartbeat(self, message: ROSoClingoHeartbeat) -> None:
         state = self._loop.state
@@ -292,6 +298,11 @@ class LoopNode:
         if goal is None:
             raise rospy.ServiceException(f"no goal has the slot {request.key!r}")
         return [goal.information]
+
+
+def _sender(message: Any) -> str:
+    """Returns the name of the node from which a message comes."""
+    return str(message._connection_header.get("callerid", ""))
 
 
 def _checked(name: str, value: _Value, check: Callable[[_Value], object]) -> _Value:

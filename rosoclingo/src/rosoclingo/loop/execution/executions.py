@@ -22,6 +22,10 @@ from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.words import ABORT, BUSY
 
+# How many answers are kept: interfaces repeat those that they have given last.
+_LEAST_ANSWERS = 12
+_ANSWERS_OF_EACH = 4
+
 
 @dataclass
 class ExecutionsState:
@@ -32,8 +36,10 @@ class ExecutionsState:
         number: That of the last action.
         last: The last execution of each actuator, by the actuator.
         published: The actions that were published since the last reset.
-        twofold: The nodes that have answered an action both with its token and without, by the
-            actuator.
+        told: By actuators whose action is held, the one before, which they were told last; nobody
+            waits for its answer any more.
+        answers: The answers that were taken last, by the numbers of their actions.
+        answering: The nodes that have answered with tokens.
         clock: What time it was when this was saved, in seconds of the environment's clock.
     """
 
@@ -41,7 +47,9 @@ class ExecutionsState:
     number: int = 0
     last: Dict[str, Execution] = field(default_factory=dict)
     published: Set[Action] = field(default_factory=set)
-    twofold: Dict[str, Set[str]] = field(default_factory=dict)
+    told: Dict[str, Execution] = field(default_factory=dict)
+    answers: Dict[int, str] = field(default_factory=dict)
+    answering: Set[str] = field(default_factory=set)
     clock: float = 0.0
 
 
@@ -103,8 +111,9 @@ class Executions(ExecutionsState):
 
     @property
     def dispatched(self) -> List[Execution]:
-        """The executions whose actuators have been told, ordered by number."""
-        return [one for one in self.ordered if not one.is_held]
+        """The last executions of which actuators have been told, ordered by number."""
+        told = {**self.told, **{who: one for who, one in self.last.items() if not one.is_held}}
+        return sorted(told.values(), key=lambda one: one.number)
 
     @property
     def held(self) -> List[Execution]:
@@ -128,9 +137,11 @@ class Executions(ExecutionsState):
             is_held: Whether it is published later, with :meth:`dispatch`.
         """
         self.published.add(action)
-        owed = self._owed(action.actuator)
+        before = self.last.get(action.actuator)
+        if is_held and before is not None and not before.is_held:
+            self.told[action.actuator] = replace(before, answer=before.answer or "")
         self.last[action.actuator] = Execution(
-            0, action.step, action.actuator, action.name, kind=kind, seconds=seconds, owed=owed
+            0, action.step, action.actuator, action.name, kind=kind, seconds=seconds
         )
         self._number(action.actuator, is_held=is_held)
 
@@ -150,20 +161,21 @@ class Executions(ExecutionsState):
             reminded=now,
             is_timed=not is_held,  # if it is rejected, it has taken no time
             is_enqueued=False,
-            tokened=None,
-            plain=None,
             is_held=is_held,
         )
         self.changed = True
 
-    def retry(self, actuator: str, pause: float) -> None:
+    def retry(self, actuator: str, answer: str, pause: float) -> None:
         """Enters that an action has failed and is held, to be dispatched again after a pause.
 
         Args:
             actuator: Whose action it is.
+            answer: The answer to its last attempt.
             pause: How long that is, in seconds.
         """
         one = self.last[actuator]
+        self.record_answer(one.number, answer)
+        self.told[actuator] = replace(one, answer=answer)
         self.published -= {
             action
             for action in self.published
@@ -171,7 +183,6 @@ class Executions(ExecutionsState):
         }
         self._set(
             one,
-            owed=self._owed(actuator),
             aborted=False,
             is_enqueued=False,
             is_held=True,
@@ -187,25 +198,11 @@ class Executions(ExecutionsState):
         if one is not None and one.pauses:
             self._set(one, pauses=False)
 
-    def _owed(self, actuator: str) -> str:
-        """Returns the node that still owes the plain answer to an actuator's last action."""
-        one, twofold = self.last.get(actuator), self.twofold.get(actuator, set())
-        if one is not None and one.is_held:  # nobody was told of that one
-            return one.owed
-        if one is None or one.tokened == one.plain:
-            return ""
-        if one.tokened is None:
-            assert one.plain is not None
-            twofold.discard(one.plain[0])
-            return ""
-        return one.tokened[0] if one.tokened[0] in twofold else ""
-
-    def hear(self, one: Execution, **answers: object) -> None:
-        """Records an answer that has come, and whether its node answers with and without token."""
-        self._set(one, **answers)
-        one = self.last[one.actuator]
-        if one.tokened is not None and one.tokened == one.plain:
-            self.twofold.setdefault(one.actuator, set()).add(one.tokened[0])
+    def record_answer(self, number: int, answer: str) -> None:
+        """Records the first answer to an action; those to actions of long ago are forgotten."""
+        self.answers.setdefault(number, answer)
+        while len(self.answers) > max(_LEAST_ANSWERS, _ANSWERS_OF_EACH * len(self.last)):
+            del self.answers[next(iter(self.answers))]
 
     def end(self, actuator: str, answer: str, outcome: str = "") -> Optional[Execution]:
         """Enters the answer to an actuator's action, if it owes one.
@@ -221,6 +218,7 @@ class Executions(ExecutionsState):
         one = self.last.get(actuator)
         if one is None or not one.is_open:
             return None
+        self.record_answer(one.number, answer)
         self._set(one, answer=answer, outcome=outcome or answer)
         self.changed = True
         return one if one.acts else None

@@ -7,7 +7,7 @@ published again, so that an interface can do it once. See docs/protocol.md, sect
 >>> from rosoclingo.loop.values.environment import Environment
 >>> executions = Executions(Environment())
 >>> executions.begin(Action("robot", "go(3)", 1))
->>> answer = AnswerArrived(executions.run, 1, "success")
+>>> answer = AnswerArrived(executions.run, 1, "success", "/node")
 >>> resolve(executions, [answer])
 ([MessageArrived(source='robot', value='success', seconds=0.0, sender='')], [])
 >>> _ = executions.end("robot", "success")
@@ -19,22 +19,26 @@ published again, so that an interface can do it once. See docs/protocol.md, sect
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import List, Sequence, Tuple
+from typing import List, Optional, Sequence, Set, Tuple, Union
 
-from rosclingo.errors import TermError, shorten
+from rosclingo.errors import shorten
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.inputs.inbox import Item, Taken
 from rosoclingo.loop.journal import AnswerArrived, MessageArrived
-from rosoclingo.loop.values.atoms import canonical
-from rosoclingo.loop.words import LOST, TIMEOUT
+from rosoclingo.loop.values.atoms import canonical_or_text
+from rosoclingo.loop.words import FAILURE, GIVEN_UP
 
 TOKENS_HEADER = "answers_with_tokens"
 """A field of a connection's header on ``~in``: the node sends its answers with tokens, too."""
 
+UntakenAnswer = Union[str, int]
+"""An actuator, or the number of an action, whose answer the loop has not taken yet."""
+
 
 def resolve(executions: Executions, items: Sequence[Item]) -> Tuple[List[Taken], List[str]]:
-    """Resolves answers with tokens to messages, and drops duplicates and misfits.
+    """Resolves answers with tokens to messages, and drops those that fit no open action.
+
+    Most copies do not come here, see :class:`rosoclingo.ros.copies.AnswerCopies`.
 
     Args:
         executions: What each actuator was told last; which answers have come is recorded there.
@@ -49,61 +53,72 @@ def resolve(executions: Executions, items: Sequence[Item]) -> Tuple[List[Taken],
     for item in items:
         if isinstance(item, AnswerArrived):
             _resolve_answer(executions, item, taken, dropped)
-        elif not isinstance(item, MessageArrived):
+        else:
             taken.append(item)
-        elif _is_news(executions, item, dropped):
-            taken.append(replace(item, sender=""))
     return taken, dropped
 
 
 def _resolve_answer(
     executions: Executions, answer: AnswerArrived, taken: List[Taken], dropped: List[str]
 ) -> None:
-    run, number = executions.run, answer.number
-    one = next((one for one in executions.last.values() if one.number == number), None)
+    run, number, value = executions.run, answer.number, canonical_or_text(answer.value)
     name = f"answer {shorten(answer.value)} to action {number}: "
     if answer.run != run:
         dropped.append(f"{name}it is of the run {shorten(answer.run)}, and this is {run}")
+        return
+    before = executions.answers.get(number)
+    one = next((one for one in executions.last.values() if one.number == number), None)
+    if is_known(before, value):
         return
     if one is None:
         is_old = 0 < number <= executions.number
         why = "its actuator was told something else since then" if is_old else "there is none"
         dropped.append(f"{name}{why}")
-        return
-    said = (answer.sender, _canonical(answer.value))
-    heard = [before[1] for before in (one.tokened, one.plain) if before is not None]
-    if one.answer not in (None, said[1]):
-        dropped.append(f"{name}{one.actuator} has answered {shorten(str(one.answer))} already")
-        return
-    if one.is_open and said[1] not in heard:
-        taken.append(MessageArrived(one.actuator, answer.value))
-    executions.hear(one, tokened=said)
+    elif before is not None:
+        dropped.append(f"{name}{why_late(one.actuator, before)}")
+    else:
+        executions.answering.add(answer.sender)
+        message = MessageArrived(one.actuator, answer.value)
+        if message not in taken:  # its node may have said it without the token, too
+            taken.append(message)
 
 
-def _is_news(executions: Executions, message: MessageArrived, dropped: List[str]) -> bool:
-    """Returns whether a message is new, and no duplicate of an answer with a token."""
-    said = (message.sender, _canonical(message.value))
-    one = executions.last.get(_canonical(message.source))
-    if one is None:
-        return True
-    if message.sender and one.owed == message.sender:
-        executions.hear(one, owed="")
-        dropped.append(
-            f"answer {shorten(message.value)} of {one.actuator} without a token: "
-            f"{message.sender} has given it to the action before, with its token"
-        )
-        return False
-    if one.is_held:
-        return True
-    if said[1] in (TIMEOUT, LOST) and not message.sender:
-        return True  # the loop's own words
-    executions.hear(one, plain=said)
-    return one.tokened != said
+def untaken_answers(items: Sequence[Item], run: str) -> Set[UntakenAnswer]:
+    """Returns whose answers are among inputs that the loop has not taken yet.
+
+    Args:
+        items: The inputs.
+        run: The id of the run.
+
+    Returns:
+        The ids of actuators, and the numbers of their tokens.
+    """
+    plain = (item.source for item in items if isinstance(item, MessageArrived))
+    tokens = (item for item in items if isinstance(item, AnswerArrived))
+    return {*plain, *(item.number for item in tokens if item.run == run)}
 
 
-def _canonical(text: str) -> str:
-    """Returns a term as clingo prints it, and other texts unchanged: they are dropped later."""
-    try:
-        return canonical(text)
-    except TermError:
-        return text
+def is_known(before: Optional[str], value: str) -> bool:
+    """Returns whether an answer says nothing new.
+
+    Args:
+        before: The answer to the same action that was taken before; None if none was.
+        value: The answer.
+
+    Returns:
+        Whether it is a copy, or says that an action has failed that was given up before: its
+        interface was told to abort it, and answers that.
+    """
+    return value == before or (value == FAILURE and before in GIVEN_UP)
+
+
+def why_late(actuator: str, before: str) -> str:
+    """Returns why an answer comes too late.
+
+    Args:
+        actuator: Who gives it.
+        before: The answer that was taken.
+    """
+    if before in GIVEN_UP:
+        return f"{actuator} has not answered in time, and nobody waits for it any more ({before})"
+    return f"{actuator} has answered {shorten(before)} already"

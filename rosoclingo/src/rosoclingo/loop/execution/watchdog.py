@@ -7,12 +7,13 @@ replay, which watches nothing, takes it from there.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable, Dict, Iterator, List, Optional, Tuple
+from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
 
 from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.execution.heartbeats import Heartbeats
 from rosoclingo.loop.execution.policies import ActionPolicies, ActionPolicy
+from rosoclingo.loop.execution.tokens import UntakenAnswer, untaken_answers
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import Control, ControlArrived, MessageArrived
 from rosoclingo.loop.values.environment import Environment
@@ -22,10 +23,13 @@ from rosoclingo.loop.words import LOST, TIMEOUT
 REMINDER_SECONDS = 30.0
 """How often it is said that an actuator does not answer."""
 
+LATE_SECONDS = 5.0
+"""By how much an action may take longer than its encoding says, in seconds of ROS's time."""
+
 _LOOK_SECONDS = 1.0  # how often it looks at least, and
 _SHORTEST_SECONDS = 0.02  # at most
 _BEATS = 2  # heartbeats in a row that are missing when an interface is lost
-_LATE_SECONDS = 3.0  # since the last look, when this process slept, or was busy, itself
+_SLEPT_SECONDS = 3.0  # since the last look, when this process slept, or was busy, itself
 _GRACE_SECONDS = 0.2  # which answers have to be taken then
 _PERCENT = 10  # of which progress is told
 _ROUNDING = 1e-3  # of what came as a number of 32 bits
@@ -90,6 +94,7 @@ class ExecutionWatchdog:
         self._begin = self._looked_at = self.environment.now()
         self._is_late = False
         self._spent: Dict[int, WorldStopwatch] = {}  # by numbers of actions
+        self._answered: Set[UntakenAnswer] = set()
         self._look_at = 0.0
         self._progress: Dict[int, int] = {}  # in percent, as it was told, by numbers of actions
 
@@ -107,18 +112,37 @@ class ExecutionWatchdog:
         now = self.environment.now()
         if now < self._look_at:
             return
+        self._answered = untaken_answers(self.inbox.waiting(), self.executions.run)
         for actuator, seconds in self.executions.late(REMINDER_SECONDS):
+            if self._is_in_time(self.executions.last[actuator], now):
+                continue
             self.environment.warn(
                 f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "
                 "run, and does its terminal say why it waits?"
             )
         rest = [_LOOK_SECONDS]
-        self._is_late = now - self._looked_at > _LATE_SECONDS  # then answers are taken first
+        self._is_late = now - self._looked_at > _SLEPT_SECONDS  # then answers are taken first
         if not self.inbox.recorded.knows_inputs:
             self._tell_progress()
             rest += [*self._begin_retries(now), *self._time_out(now), *self._miss_heartbeats(now)]
         self._looked_at = now
         self._look_at = now + max(_SHORTEST_SECONDS, min(rest))
+
+    def _has_answered(self, one: Execution) -> bool:
+        """Tells if an answer has come that the loop has not taken yet, as in a search."""
+        return one.actuator in self._answered or one.number in self._answered
+
+    def _is_in_time(self, one: Execution, now: float) -> bool:
+        """Tells if nothing is wrong with an action that goes on for long, as diagnostics have it.
+
+        It has as long as the encoding says, and if that says nothing, as its interface is there.
+        """
+        if self._has_answered(one):
+            return True
+        if one.kind:
+            return self.environment.world_now() - one.world_began <= one.seconds + LATE_SECONDS
+        last = self.heartbeats.last(one.number)
+        return last is not None and now - last.seconds < REMINDER_SECONDS
 
     def _begin_retries(self, now: float) -> Iterator[float]:
         """Lets retries begin whose pause is over; yields the seconds until others are due."""
@@ -138,7 +162,7 @@ class ExecutionWatchdog:
             self._spent[one.number] = before.get(one.number) or WorldStopwatch(world_now)
             spent = self._spent[one.number].read(world_now, counts=not self._is_late)
             for left, limit in self._limits(one, policy, spent, now):
-                if left > 0 or self._is_late:
+                if left > 0 or self._is_late or self._has_answered(one):
                     yield max(left, _GRACE_SECONDS)
                     continue
                 why = f"{one.actuator} has not answered for {limit}: nobody waits for it any more"
@@ -169,7 +193,7 @@ class ExecutionWatchdog:
             last = self.heartbeats.last(one.number)
             heard = max(one.began, self._begin, last.seconds if last is not None else 0.0)
             left = heard + _BEATS * seconds - now
-            if left > 0 or self._is_late:
+            if left > 0 or self._is_late or self._has_answered(one):
                 yield max(left, _GRACE_SECONDS)
                 continue
             why = (

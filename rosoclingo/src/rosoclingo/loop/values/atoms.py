@@ -201,3 +201,11 @@ def canonical(text: str) -> str:
         return text if is_plain(text) else str(parse_term(check_text(text)))
     except XmlError as err:
         raise TermError(f"{quote(text)} cannot be sent to a solver: {err}") from err
+
+
+def canonical_or_text(text: str) -> str:
+    """Returns a ground term as clingo prints it, and any other text as it is."""
+    try:
+        return canonical(text)
+    except TermError:
+        return text

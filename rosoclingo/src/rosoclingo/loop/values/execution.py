@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import NamedTuple, Optional, Tuple
+from typing import NamedTuple, Optional
 
 from rosoclingo.loop.values.atoms import Action
-
-ActuatorMessage = Tuple[str, str]
-"""The node that has said something, and the value."""
 
 
 class HoldReason(str, enum.Enum):
@@ -56,9 +53,6 @@ class Execution:
         aborted: Whether it is to stop.
         answer: The answer that was taken; None as long as none was.
         outcome: The same as the planner is told it.
-        tokened: The node and the value of an answer that has come with the token.
-        plain: Those of one that has come without.
-        owed: The node whose next answer without a token is to the action before.
         acts: Whether its actuator acts in the current step, or has answered in it.
         is_held: Whether its actuator is not told of it yet, see :class:`.Interlock`.
         attempt: Which attempt it is, from 1; see :class:`.ActionPolicy`.
@@ -82,9 +76,6 @@ class Execution:
     aborted: bool = False
     answer: Optional[str] = None
     outcome: Optional[str] = None
-    tokened: Optional[ActuatorMessage] = None
-    plain: Optional[ActuatorMessage] = None
-    owed: str = ""
     acts: bool = True
     is_held: bool = False
     attempt: int = 1
