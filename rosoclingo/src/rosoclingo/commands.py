@@ -13,7 +13,7 @@ from clingo import Number, Symbol, SymbolType
 
 from rosclingo.wire.commands import Truth
 from rosoclingo.errors import ControllerError, ShutdownError
-from rosoclingo.loop import beginning, diagnosis, publishing, statuses
+from rosoclingo.loop import beginning, diagnosis, operating, publishing, statuses
 from rosoclingo.loop.improving import improve
 from rosoclingo.loop.journal import Reason
 from rosoclingo.loop.search import search, settle
@@ -107,8 +107,12 @@ class ROSCommands:
         self.solve()
 
     def assign_messages(self, step: Symbol) -> None:
-        """Makes the event of each message, goal and cancel request that has come true."""
-        self.state.assign_messages(_step(step))
+        """Makes the event of each message, goal and cancel request that has come true.
+
+        What was held when a goal is cancelled, the next plan may do without.
+        """
+        if self.state.assign_messages(_step(step)) or self.planner.avoids:
+            operating.take_back(self.state)
 
     def status_update(self, step: Symbol) -> None:
         """Sets the goals' statuses as the plan has them in a step."""
@@ -125,6 +129,7 @@ class ROSCommands:
         new, repeated = publishing.split(state, unknown)
         # The robot first: what the planner is told now, it needs only for its next search.
         publishing.publish(state, new)
+        operating.withdraw(state, number)
         executions.published.update(repeated)
         for actuator in state.plan.aborts(number):
             if executions.can_be_aborted(actuator):

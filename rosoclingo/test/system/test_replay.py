@@ -220,7 +220,7 @@ def approve(message):
     if "approval" in message.reasons and message.held not in approved[-1:]:  # said once more
         assert len(done) == len(approved), (done, approved)
         approved.append(message.held)
-        threading.Thread(target=ask, args=("", "")).start()
+        threading.Thread(target=ask).start()
 ask = rospy.ServiceProxy("rosoclingo/approve", ControlActuator)
 rospy.Subscriber("rosoclingo/held", ROSoClingoHeld, approve, tcp_nodelay=True)
 pause, resume = (rospy.ServiceProxy("rosoclingo/" + word, Trigger) for word in ("pause", "resume"))

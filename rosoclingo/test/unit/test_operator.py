@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import Any, List, Optional, Tuple
 
 import pytest
 
@@ -13,8 +13,8 @@ from rosoclingo.desk.system import System
 from rosoclingo.loop import journal
 from rosoclingo.loop.execution.interlock import Interlock
 from rosoclingo.loop.inputs.inbox import Inbox
-from rosoclingo.loop.journal import Control, ControlArrived
-from rosoclingo.loop.values.execution import HeldAction, HoldReason
+from rosoclingo.loop.journal import Control, ControlArrived, ControlOutcome
+from rosoclingo.loop.values.execution import HoldReason, OperatorState
 
 MODES = ("dynamic.incremental.recording", "dynamic.incremental.dyn_reset", SINGLE)
 STEPS = ("-c", "steps=30")
@@ -26,7 +26,8 @@ class Operated(System):
 
     def __init__(self, mode: str, *turns: Tuple[Control, str], **parameters: Any) -> None:
         self.turns = list(turns)
-        self.shown: List[Tuple[bool, Sequence[str], Sequence[HeldAction]]] = []
+        self.shown: List[OperatorState] = []
+        self.outcomes: List[ControlOutcome] = []
         name = "line_1.0.lp" if mode == SINGLE else "line.lp"
         self.parts = make_parts(mode, Options((f"{EXAMPLES}/{name}",)), STEPS)
         super().__init__(self.parts.loop, **parameters)
@@ -46,14 +47,15 @@ class Operated(System):
             self.operate(*self.turns.pop(0))
         return bool(self._items)
 
-    def show_held(
-        self, is_paused: bool, on_hold: Sequence[str], held: Sequence[HeldAction]
-    ) -> None:
-        self.shown.append((is_paused, on_hold, held))
+    def show_held(self, decided: OperatorState) -> None:
+        self.shown.append(decided)
+
+    def answer_control(self, request: ControlArrived, outcome: ControlOutcome) -> None:
+        self.outcomes.append(outcome)
 
     @property
     def held(self) -> List[Tuple[str, HoldReason]]:
-        return [(one.action, one.reason) for one in self.shown[-1][2]]
+        return [(one.action, one.reason) for one in self.shown[-1].held]
 
 
 @pytest.fixture(params=MODES)
@@ -88,7 +90,7 @@ def test_nothing_begins_until_resume(system: Operated) -> None:
     system.after(Control.RESUME)
     assert goal.words[-1] == "succeeded"
     assert system.loop.state.held_sentences() == []
-    assert system.shown[-1] == (False, (), ())
+    assert system.shown[-1] == OperatorState()
 
 
 def test_what_runs_ends_and_the_next_waits(mode: str) -> None:
@@ -147,7 +149,7 @@ def test_what_is_rejected_counts_as_failed(mode: str) -> None:
     system = Operated(mode, ask_before=("go(*)",))
     system.request("visit(3)")
     system.run()
-    ((actuator, action, _),) = system.shown[-1][2]
+    ((actuator, action, _, _),) = system.shown[-1].held
     system.after(Control.REJECT, actuator)
     assert (actuator, action) not in system.published
     assert system.loop.state.executions.last[actuator].is_held  # it is planned again
@@ -217,7 +219,8 @@ def test_an_approval_is_for_no_later_action(mode: str, how: Optional[Control]) -
     else:
         system.after(how, "robot")
     system.after(Control.RELEASE, "robot")
-    assert [reason for _, reason in system.held] == [HoldReason.APPROVAL]
+    later = HoldReason.APPROVAL if how is None else HoldReason.REJECTED
+    assert [reason for _, reason in system.held] == [later]
     assert len(system.published) == (how is None)
 
 

@@ -37,8 +37,10 @@ class Remembered(Operations):
         self.goes_on.wait(SECONDS)
         return OperationReply(True, "taken")
 
-    def control(self, system: str, control: Control, actuator: str, action: str) -> OperationReply:
-        return self._note(system, control.value, actuator, action)
+    def control(
+        self, system: str, control: Control, actuator: str, action: str, token: int
+    ) -> OperationReply:
+        return self._note(system, control.value, actuator, action, token)
 
     def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
         return self._note(system, request, information)

@@ -137,7 +137,7 @@ async def test_a_player() -> None:
     await until(lambda: player.clock()["rate"] == 0.0)
     assert player.clock()["now"] == 2.0
     for refused in (
-        player.control(name, Control.PAUSE, "", ""), player.send_goal(name, "visit(2)", ()),
+        player.control(name, Control.PAUSE, "", "", 0), player.send_goal(name, "visit(2)", ()),
         player.send_message(name, "info", "close(2)"),
         player.cancel(name, "g"), player.ask(name, "plan", ()), player.record(name, True),
     ):  # fmt: skip

@@ -63,11 +63,11 @@ async def test_nothing_else_is_served(one: Console, path: str) -> None:
 @with_console()
 async def test_what_an_operator_may_want(one: Console) -> None:
     for kind, fields, wanted in (
-        ("control", {"control": "pause"}, (SYSTEM, "pause", "", "")),
+        ("control", {"control": "pause"}, (SYSTEM, "pause", "", "", 0)),
         (
             "control",
-            {"control": "approve", "actuator": "r", "action": "go(1)"},
-            (SYSTEM, "approve", "r", "go(1)"),
+            {"control": "approve", "actuator": "r", "action": "go(1)", "token": 7},
+            (SYSTEM, "approve", "r", "go(1)", 7),
         ),
         (
             "goal",
@@ -116,6 +116,8 @@ async def test_what_an_operator_may_want(one: Console) -> None:
         ("control", {"system": SYSTEM, "control": "retry"}, "control: expected pause"),
         ("control", {"system": SYSTEM, "control": "shutdown"}, "control: expected pause"),
         ("control", {"system": SYSTEM, "control": "hold", "actuator": {}}, "actuator: expected"),
+        ("control", {"system": SYSTEM, "control": "hold", "token": -1}, "token: expected"),
+        ("control", {"system": SYSTEM, "control": "hold", "token": "7"}, "token: expected"),
     ],
 )
 @with_console()

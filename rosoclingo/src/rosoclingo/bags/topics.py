@@ -21,7 +21,7 @@ MD5SUMS: Mapping[str, str] = {
     "rosoclingo/ROSoClingoAnswer": "6c783d9ad2841170005517bac0273823",
     "rosoclingo/ROSoClingoDispatch": "cbd1e9b1c6e31320f355e10804c8691c",
     "rosoclingo/ROSoClingoEvent": "2a31dfc214852870398149dd202c7519",
-    "rosoclingo/ROSoClingoHeld": "8ee7bbea4daafa125ab99a064d816a00",
+    "rosoclingo/ROSoClingoHeld": "589fb7f76acfbf401f84ae35610eb68f",
     "rosoclingo/ROSoClingoIn": "0b40d0b5a778942032d78099d7e20200",
     "rosoclingo/ROSoClingoOut": "9a51ce6280ae95d37f544ff777ac99c9",
     "rosoclingo/ROSoClingoPlan": "d1cce18e22b1eeb482fd2a05a3b11771",
@@ -31,8 +31,9 @@ MD5SUMS: Mapping[str, str] = {
 
 OLDER_MD5SUMS: Mapping[str, str] = {
     "rosoclingo/ROSoClingoActionGoal": "858a91ebec593e8ed539fb774286cfb5",  # without information
+    "rosoclingo/ROSoClingoHeld": "8ee7bbea4daafa125ab99a064d816a00",  # without tokens
 }
-"""MD5 sums of definitions of ROSoClingo 1.0 that have less fields, which bags may have, too."""
+"""MD5 sums of older definitions that have less fields, which bags may have, too."""
 
 LOOP_TYPES: Mapping[str, str] = {
     "about": "std_msgs/String",

@@ -47,8 +47,9 @@ class RunStory:
             journal.CancelArrived: lambda _, e: [f"{self._goal(e.goal)} is to be cancelled"],
             journal.MessageArrived: self._on_message,
             journal.ControlArrived: lambda _, e: (
-                [] if e.control is journal.Control.RETRY else [f"the operator says: {e.words}"]
+                [] if e.control in journal.OWN_CONTROLS else [f"the operator says: {e.words}"]
             ),
+            journal.ActionWithdrawn: lambda _, e: [f"withdrawn: {e.actuator} {e.action}"],
             journal.ActionRetried: lambda _, e: [f"{e.actuator} will retry {e.action}: {e.answer}"],
             journal.MessageDropped: lambda _, e: [f"dropped a message: {e.reason}"],
             journal.CommandDone: self._on_command,

@@ -116,9 +116,14 @@ class Control(str, enum.Enum):
     RELEASE = "release"
     APPROVE = "approve"  # an action that needs an approval
     REJECT = "reject"  # an action that waits: it counts as failed
-    RETRY = "retry"  # one that has failed, after a pause; the loop asks for that itself
+    RETRY = "retry"  # one that has failed, after a pause
+    ASK = "ask"  # for the approval of one that was rejected, once more
 
     __str__ = str.__str__
+
+
+OWN_CONTROLS = frozenset({Control.RETRY, Control.ASK})
+"""The requests that the loop makes itself, when some time is over."""
 
 
 @dataclass(frozen=True)
@@ -128,16 +133,35 @@ class ControlArrived(Event):
     Attributes:
         control: What is wanted.
         actuator: Of which actuator; empty for all.
+        action: Of which of its actions; empty for any. The journal has the one that was meant.
+        token: The number of that action while it is held; 0 for any. Likewise.
+        refused: Why it has changed nothing; only in the journal, and empty if it has.
     """
 
     control: Control
     actuator: str = ""
     seconds: float = 0.0
+    action: str = ""
+    token: int = 0
+    refused: str = ""
 
     @property
     def words(self) -> str:
-        """The request in words, such as ``hold robot(2)``."""
-        return f"{self.control} {self.actuator}".rstrip()
+        """The request in words, such as ``approve robot(2) go(3)``."""
+        said = " ".join(filter(None, (self.control, self.actuator, self.action)))
+        return f"{said} (refused: {self.refused})" if self.refused else said
+
+
+class ControlOutcome(NamedTuple):
+    """What has become of an operator's request.
+
+    Attributes:
+        is_done: Whether it has changed, or will change, what was asked for.
+        text: What follows from it; or why it was refused.
+    """
+
+    is_done: bool
+    text: str
 
 
 Arrival = Union[GoalArrived, CancelArrived, MessageArrived, ControlArrived]
@@ -315,6 +339,14 @@ class ActionPublished(Event):
 
 
 @dataclass(frozen=True)
+class ActionWithdrawn(Event):
+    """An action that was held is planned no more, since a goal was cancelled."""
+
+    actuator: str
+    action: str
+
+
+@dataclass(frozen=True)
 class ActionRetried(Event):
     """An action has failed and will be tried again, as its policy says; the planner hears nothing.
 
@@ -483,7 +515,10 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
     MessageArrived: lambda e: Fields(
         "message", e.source, e.value, (e.sender,) if e.sender else (), e.seconds
     ),
-    ControlArrived: lambda e: Fields("control", e.actuator, e.control.value, seconds=e.seconds),
+    ControlArrived: lambda e: Fields(
+        "control", e.actuator, e.control.value,
+        (e.action, str(e.token), e.refused) if e.action or e.token or e.refused else (), e.seconds,
+    ),
     AnswerArrived: lambda e: Fields("answer", e.run, e.value, (str(e.number), e.sender)),
     MessageDropped: lambda e: Fields("dropped", text=e.reason),
     CommandDone: lambda e: Fields(
@@ -497,6 +532,7 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
         "search", _text(e.quality), e.how.value, (_numbers(e), *e.symbols)
     ),
     ActionPublished: lambda e: Fields("action", e.actuator, e.action),
+    ActionWithdrawn: lambda e: Fields("withdrawn", e.actuator, e.action),
     ActionRetried: lambda e: Fields("retry", e.actuator, e.action, (str(e.retry), e.answer)),
     ActionTook: lambda e: Fields("took", e.actuator, e.kind, (str(e.number),), e.seconds),
     StatusSet: lambda e: Fields(
@@ -514,7 +550,14 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
     "goal": lambda f: GoalArrived(f.id, f.text, f.details, f.seconds),
     "cancel": lambda f: CancelArrived(f.id, f.seconds),
     "message": lambda f: MessageArrived(f.id, f.text, f.seconds, "".join(f.details[:1])),
-    "control": lambda f: ControlArrived(Control(f.text), f.id, f.seconds),
+    "control": lambda f: ControlArrived(
+        Control(f.text),
+        f.id,
+        f.seconds,
+        "".join(f.details[:1]),
+        int("".join(f.details[1:2]) or 0),
+        "".join(f.details[2:3]),
+    ),
     "answer": lambda f: AnswerArrived(
         f.id, int("".join(f.details[:1])), f.text, "".join(f.details[1:2])
     ),
@@ -526,6 +569,7 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
         Ended(f.text), f.details[1:], _quality(f.id), *map(int, "".join(f.details[:1]).split())
     ),
     "action": lambda f: ActionPublished(f.id, f.text),
+    "withdrawn": lambda f: ActionWithdrawn(f.id, f.text),
     "retry": lambda f: ActionRetried(
         f.id, f.text, int("".join(f.details[:1])), "".join(f.details[1:2])
     ),

@@ -14,7 +14,7 @@ import clingo
 from rosclingo.errors import RosclingoError, ServiceError
 from rosclingo.wire.commands import Result
 from rosoclingo.errors import ControllerError, OutsideError, PlannerError, ShutdownError
-from rosoclingo.loop import diagnosis, publishing, statuses
+from rosoclingo.loop import diagnosis, operating, publishing, statuses
 from rosoclingo.loop.durability import Durability
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import CommandDone, LoopEnded, Reason
@@ -23,7 +23,7 @@ from rosoclingo.loop.mode.dispatch import DispatchError, bind
 from rosoclingo.loop.mode.named_steps import STEP_COMMANDS
 from rosoclingo.loop.monitor import Doing
 from rosoclingo.loop.planner.planner import Planner
-from rosoclingo.loop.state import State, StateSnapshot
+from rosoclingo.loop.state import ASK_AGAIN_SECONDS, State, StateSnapshot
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.solver import Solver
 from rosoclingo.seed.downward import NONE
@@ -70,6 +70,7 @@ class Loop:
         one_by_one_seconds: float = 0.0,
         seed_planner: str = NONE,
         ask_before: Sequence[str] = (),
+        ask_again: float = ASK_AGAIN_SECONDS,
         policies: Optional[Mapping[str, Mapping[str, object]]] = None,
     ) -> None:
         """Prepares a loop; :meth:`run` begins to ask its controller.
@@ -91,6 +92,8 @@ class Loop:
             seed_planner: The planner that is asked for first plans, see :func:`.find_seed_planner`.
             ask_before: Patterns of the actions that need an operator's approval, see
                 :class:`.Interlock`.
+            ask_again: After how many seconds an operator is asked again about an action that was
+                rejected, if nothing has changed before.
             policies: How actions are treated that fail or take too long, by patterns, see
                 :class:`.ActionPolicies`.
 
@@ -107,11 +110,12 @@ class Loop:
             environment,
             self._check,
             self._prepare_controller,
-            control=lambda request: publishing.control(self.state, request),
+            control=lambda *request: operating.control(self.state, *request),
             fail=lambda one, answer: publishing.fail(self.state, one, answer),
             action_timeout=action_timeout,
             abort_unreachable=abort_unreachable,
             ask_before=ask_before,
+            ask_again=ask_again,
             policies=policies,
         )
         self._controller = controller
@@ -153,6 +157,8 @@ class Loop:
         Or goes on with a stored run.
         """
         if self._durability.begin(self.state, self._controller, self._commands):
+            operating.let_go(self.state)  # the patterns may be others than before
+            self._durability.commit()
             return
         self._prepare_controller()
         self.state.show_executions(again=True)

@@ -103,7 +103,7 @@ class Mail(MailState):
         environment: Environment,
         note: Callable[[journal.Event], None],
         answered: Callable[[Execution, str], None],
-        controlled: Callable[[journal.ControlArrived], bool],
+        controlled: Callable[[journal.ControlArrived, float], bool],
         fail: Callable[[Execution, str], Optional[str]],
     ) -> None:
         """Makes an empty buffer.
@@ -117,7 +117,8 @@ class Mail(MailState):
             environment: Where warnings go.
             note: Adds an event to the journal.
             answered: Called with what was executed until its answer, and the answer.
-            controlled: Does what an operator wants; returns whether that is news for the mode.
+            controlled: Does what an operator wants, who has said so when the command that is
+                carried out had taken some seconds; returns whether that is news for the mode.
             fail: Returns what the planner is told of an answer; None if the action is retried.
         """
         super().__init__()
@@ -313,9 +314,7 @@ class Mail(MailState):
     def _take_control(self, request: Item) -> None:
         assert isinstance(request, journal.ControlArrived)
         self.inbox.durability.took([request])
-        self._note(replace(request, seconds=self._seconds))
-        if self.dynamic:
-            self._news += self._controlled(request)
+        self._news += self._controlled(request, self._seconds)
         if self._command_began is None:
             self.inbox.durability.about_to_wait()  # the next command may last
 
@@ -445,6 +444,8 @@ class Mail(MailState):
             dropped.append(str(err))
             return False
         actor, said = self._executions.acting(source), value
+        if message.sender == _OPERATOR and not (actor and actor.is_rejected and actor.is_open):
+            return False  # it was withdrawn before the planner could be asked
         is_answer = actor is not None and actor.is_open
         if actor and message.sender != _OPERATOR and self._is_repeated(actor, said):
             return False
@@ -508,7 +509,7 @@ class Mail(MailState):
         return is_known(told.answer, said) or said in GIVEN_UP
 
     def reject(self, actuator: str) -> bool:
-        """Takes an action that is held as failed.
+        """Takes an action that is held, and was rejected, as failed.
 
         Returns:
             Whether that is news for the mode.

@@ -10,7 +10,7 @@ from typing import List, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop.journal import ActionPublished, ActionRetried, Control, ControlArrived
+from rosoclingo.loop.journal import ActionPublished, ActionRetried
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.atoms import Action, event
 from rosoclingo.loop.values.execution import Execution
@@ -44,62 +44,56 @@ def split(state: State, actions: Sequence[Action]) -> Tuple[List[Action], List[A
 def publish(state: State, actions: Sequence[Action]) -> None:
     """Gives actions their tokens and sends them; from then on their actuators owe answers.
 
-    Those that the interlock holds are sent when an operator lets them.
+    Those that the interlock holds are sent when an operator lets them. One that was held before a
+    goal was cancelled, and is planned again, stays the same action.
     """
-    interlock = state.interlock
-    held = {one.actuator for one in state.executions.held}
+    actions = [action for action in actions if not _plan_again(state, action)]
+    held = {one.actuator: one for one in state.executions.held}
     for action in actions:
-        if action.actuator in held:  # the mode has not waited for it
-            state.mail.reject(action.actuator)
-    interlock.approved.difference_update(action.actuator for action in actions)
-    free = [a for a in actions if interlock.reason(a.actuator, a.name) is None]
+        one = held.get(action.actuator)
+        if one is not None and not one.is_open_to_change:  # the mode has not waited for it
+            reject(state, one)
+    free = [a for a in actions if state.interlock.reason(a.actuator, a.name) is None]
     for action in actions:
         lasting = state.plan.lasting.get(action, ("", 0))
         state.executions.begin(action, *lasting, is_held=action not in free)
-    _send(state, [(action.actuator, action.name) for action in free])
+    send(state, [(action.actuator, action.name) for action in free])
 
 
-def _send(state: State, actions: Sequence[Tuple[str, str]]) -> None:
-    state.interlock.note_dispatched([actuator for actuator, _ in actions])
+def _plan_again(state: State, action: Action) -> bool:
+    """Keeps an action of a new plan that is held already; if it was rejected, it counts as failed.
+
+    Returns:
+        Whether that is so.
+    """
+    if not state.executions.plan_again(action):
+        return False
+    if state.executions.last[action.actuator].is_rejected:
+        state.mail.reject(action.actuator)
+    return True
+
+
+def reject(state: State, one: Execution) -> None:
+    """Has an action count as failed that is held, and that nobody was told of."""
+    state.executions.fail_held(one.actuator)
+    state.mail.reject(one.actuator)
+
+
+def send(state: State, actions: Sequence[Tuple[str, str]]) -> None:
+    """Publishes actions that nothing holds, and what is held.
+
+    Args:
+        state: What is known.
+        actions: Pairs of an actuator and its action.
+    """
     if actions:
+        state.interlock.note_dispatched()
         state.show_executions()
         state.watchdog.look_soon()
     state.show_held()
     for actuator, action in actions:
         state.environment.publish(actuator, action)
         state.note(ActionPublished(actuator, action))
-
-
-def control(state: State, request: ControlArrived) -> bool:
-    """Carries out an operator's request: lets actions go, holds, rejects or aborts them.
-
-    Returns:
-        Whether that is news for the mode.
-    """
-    word, actuator = request.control, request.actuator
-    held = [one for one in state.executions.held if actuator in ("", one.actuator)]
-    is_news = False
-    if word is Control.REJECT:
-        for one in held:
-            is_news |= state.mail.reject(one.actuator)
-    elif word is Control.APPROVE:
-        for one in held:
-            if one.attempt == 1:
-                state.interlock.apply(word, one.actuator)
-            state.executions.end_pause(one.actuator)
-    elif word is Control.RETRY:
-        state.executions.end_pause(actuator)
-    else:
-        state.interlock.apply(word, actuator)
-    if word is Control.HALT:
-        for one in state.executions.dispatched:
-            if one.acts and one.is_open:
-                publish_abort(state, one.actuator)
-    free = [one for one in state.executions.held if state.hold_reason(one) is None]
-    for one in free:
-        state.executions.dispatch(one.actuator)
-    _send(state, [(one.actuator, one.action) for one in free])
-    return is_news
 
 
 def fail(state: State, one: Execution, answer: str) -> Optional[str]:
@@ -133,8 +127,9 @@ def publish_abort(state: State, actuator: str) -> None:
 
     An action that is held counts as failed.
     """
-    if any(one.actuator == actuator for one in state.executions.held):
-        state.mail.reject(actuator)
+    held = [one for one in state.executions.held if one.actuator == actuator]
+    if held:
+        reject(state, held[0])
         state.show_executions()
     elif state.executions.abort(actuator, state.step):
         state.show_executions()

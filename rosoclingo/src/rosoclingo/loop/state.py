@@ -21,14 +21,24 @@ from rosoclingo.loop.monitor import LoopMonitor, LoopSummary
 from rosoclingo.loop.planner.externals import ExternalsState, PlannerExternals
 from rosoclingo.loop.planner.planner import Planner, PlannerState
 from rosoclingo.loop.values.arrivals import ExpectedArrival
-from rosoclingo.loop.values.atoms import event
+from rosoclingo.loop.values.atoms import Action, event
 from rosoclingo.loop.values.beliefs import Beliefs
 from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.execution import Execution, HeldAction, HoldReason
+from rosoclingo.loop.values.execution import (
+    Execution,
+    HeldAction,
+    HoldReason,
+    OperatorState,
+    RejectedAction,
+)
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.values.snapshot import take_over
 from rosoclingo.loop.waiting import Waiting
 from rosoclingo.loop.words import BUSY, GIVEN_UP
+
+_ASKED = (HoldReason.APPROVAL, HoldReason.HOLD, HoldReason.PAUSE)  # what waits for an operator
+ASK_AGAIN_SECONDS = 60.0
+"""By default, when an operator is asked again about an action that was rejected."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +84,8 @@ class State(Progress):
         begin_mode: Has the mode begin again, so that it initialises the planner next.
         environment: Where actions and log messages go.
         abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
+        ask_again: After how many seconds an operator is asked again about an action that was
+            rejected, if nothing has changed before.
     """
 
     def __init__(
@@ -84,11 +96,12 @@ class State(Progress):
         check: Callable[[], None] = lambda: None,
         begin_mode: Callable[[], None] = lambda: None,
         *,
-        control: Callable[[journal.ControlArrived], bool] = lambda _: False,
+        control: Callable[[journal.ControlArrived, float], bool] = lambda *_: False,
         fail: Callable[[Execution, str], Optional[str]] = lambda _, answer: answer,
         action_timeout: float = 0.0,
         abort_unreachable: bool = False,
         ask_before: Sequence[str] = (),
+        ask_again: float = ASK_AGAIN_SECONDS,
         policies: Optional[Mapping[str, Mapping[str, object]]] = None,
     ) -> None:
         """Begins without any knowledge.
@@ -99,12 +112,14 @@ class State(Progress):
             environment: Where actions and log messages go.
             check: Called now and then while waiting; raises an error if a solver went away.
             begin_mode: Has the mode begin again, so that it initialises the planner next.
-            control: Does what an operator wants; returns whether that is news for the mode.
+            control: Does what an operator wants, who has said so when the command that is
+                carried out had taken some seconds; returns whether that is news for the mode.
             fail: Returns what the planner is told of an answer; None if the action is retried.
             action_timeout: From when on nobody waits for an action's answer, in seconds since
                 it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
             ask_before: Patterns of the actions that need an approval, see :class:`.Interlock`.
+            ask_again: After how many seconds an operator is asked again about what was rejected.
             policies: How actions are treated, by patterns, see :class:`.ActionPolicies`.
         """
         super().__init__()
@@ -112,6 +127,7 @@ class State(Progress):
         self.policies = ActionPolicies(policies or {})
         self.heartbeats = Heartbeats(environment.now)
         self.abort_unreachable = abort_unreachable
+        self.ask_again = ask_again
         self.begin_mode = begin_mode
         self.monitor = LoopMonitor()
         self.planner = planner
@@ -248,7 +264,7 @@ class State(Progress):
 
     def summarize(self) -> LoopSummary:
         """Returns what other threads may know of the state."""
-        is_paused, on_hold, held = self._decided_by_operator
+        is_paused, on_hold, held, _ = self._decided_by_operator
         mail, executions = self.mail, self.executions
         return LoopSummary(
             time=self.environment.now(),
@@ -291,8 +307,12 @@ class State(Progress):
 
     # What the commands do.
 
-    def assign_messages(self, step: int) -> None:
-        """Makes the events of all messages, cancel requests and goals with a slot true."""
+    def assign_messages(self, step: int) -> bool:
+        """Makes the events of all messages, cancel requests and goals with a slot true.
+
+        Returns:
+            Whether a cancel request was among them.
+        """
         self.mail.begin_attempt()
         is_grounded = step in self.externals.grounded or self.planner.demand.tells
         if not is_grounded:
@@ -302,15 +322,19 @@ class State(Progress):
                 f"planner knows no event of it; ground({step}) has to come before",
             )
         self._assign_pending_messages(step)
+        is_cancelled = False
         for goal in self.mail.take_cancels():
+            self.executions.forget_rejections()
             # Its slot may be another's by now.
             if goal.slot is not None and self.goals.is_open(goal):
                 cancel = [event(goal.slot, "cancel", step)]
                 missing = self.externals.make_true(cancel, from_outside=True)
                 goal.cancel_told |= not missing  # and stays so
+                is_cancelled |= not missing
                 for _, reason in missing:
                     self.environment.warn(f"the goal {goal.request} cannot be cancelled: {reason}")
         while self.goals.waiting and self.goals.has_free_slot():
+            self.executions.forget_rejections()
             for slot, goal in self.goals.place():
                 if self.externals.make_true([event(slot, goal.request, step)], from_outside=True):
                     self.externals.read()
@@ -322,6 +346,7 @@ class State(Progress):
         self.timing.tell_planner(step)
         self.goals.tell_positions()
         self._tell_busy(step)
+        return is_cancelled
 
     def assign_answers(self, step: int) -> None:
         """Ends the step: makes the events of all messages true, and says who is busy."""
@@ -338,6 +363,8 @@ class State(Progress):
         answers = [atom for atom, (source, _) in new.items() if self.executions.acting(source)]
         others = [atom for atom in new if atom not in answers]
         self.after_message |= bool(others)
+        if others:
+            self.executions.forget_rejections()
         missing = self.externals.make_true(answers) + self.externals.make_true(
             others, from_outside=True
         )
@@ -389,20 +416,39 @@ class State(Progress):
             )
 
     @property
-    def _decided_by_operator(self) -> Tuple[bool, Tuple[str, ...], Tuple[HeldAction, ...]]:
-        """The pause, the actuators on hold, and the held actions."""
+    def _decided_by_operator(self) -> OperatorState:
+        """What an operator has decided, and what waits for that."""
         interlock = self.interlock
         waiting = tuple(
-            HeldAction(one.actuator, one.action, reason)
+            HeldAction(one.actuator, one.action, reason, one.number)
             for one in self.executions.held
             for reason in [self.hold_reason(one)]
             if reason is not None
         )
-        return interlock.is_paused, tuple(sorted(interlock.on_hold)), waiting
+        rejected = tuple(
+            RejectedAction(actuator, action, self._planned_for(actuator))
+            for actuator, action in self.executions.rejected
+        )
+        return OperatorState(
+            interlock.is_paused, tuple(sorted(interlock.on_hold)), waiting, rejected
+        )
+
+    def _planned_for(self, actuator: str) -> Optional[Action]:
+        """Returns what an actuator is to do next, or does, by the plan that stands."""
+        one = self.executions.acting(actuator)
+        is_over = one is not None and not one.is_open
+        return next(
+            (
+                action
+                for action in self.ahead()
+                if action.actuator == actuator and not (is_over and action.step <= self.step)
+            ),
+            None,
+        )
 
     def held_sentences(self) -> List[str]:
         """Returns what an operator holds, a sentence each."""
-        is_paused, on_hold, waiting = self._decided_by_operator
+        is_paused, on_hold, waiting, _ = self._decided_by_operator
         return [
             *(["The run is paused."] if is_paused else []),
             *(f"{actuator} is on hold." for actuator in on_hold),
@@ -419,8 +465,8 @@ class State(Progress):
         if held == self._held and not again:
             return
         self._held = held
-        self.environment.show_held(*held)
-        asked = [one for one in held[-1] if one.reason is not HoldReason.RETRY]
+        self.environment.show_held(held)
+        asked = [one for one in held.held if one.reason in _ASKED]
         if asked:
             said = ", ".join(f"{one.actuator} {one.action} ({one.reason})" for one in asked)
             self.goals.tell(f"waits for an operator: {said}")
@@ -429,7 +475,11 @@ class State(Progress):
         """Returns why an execution that is held cannot begin; None if it can."""
         if one.pauses:
             return HoldReason.RETRY
-        return self.interlock.reason(one.actuator, one.action, is_retry=one.attempt > 1)
+        if one.is_open_to_change:
+            return HoldReason.CANCEL
+        reason = self.interlock.reason(one.actuator, one.action, is_approved=one.is_approved)
+        was_rejected = (one.actuator, one.action) in self.executions.rejected
+        return HoldReason.REJECTED if was_rejected and reason is HoldReason.APPROVAL else reason
 
     def take_beliefs(self, terms: Tuple[str, ...]) -> None:
         """Takes the terms by which a plan's encoding shows beliefs; says so if they are new."""
@@ -470,3 +520,5 @@ class State(Progress):
         if quality != (self._shown[-1] if self._shown else None):
             self.environment.show_quality(quality)
         self._shown = shown
+        if self.executions.rejected:
+            self.show_held()  # with what is planned instead

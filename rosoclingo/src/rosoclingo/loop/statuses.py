@@ -29,6 +29,7 @@ def release(state: State) -> None:
 
     Does nothing while the current step is not settled.
     """
+    _end_cancelled(state)
     if not state.held or is_unsettled(state):
         return
     held = [step for step in state.held if not _is_left_open(state, step)]
@@ -39,12 +40,26 @@ def release(state: State) -> None:
                 set_status(state, slot, word, step)
 
 
-def is_unsettled(state: State) -> bool:
+def _end_cancelled(state: State) -> None:
+    """Ends cancelled goals that would wait for nothing but actions that an operator holds."""
+    cancelled = [goal for goal in state.goals.open if goal.cancel_told]
+    if not cancelled or not state.shows_plan or is_unsettled(state, counts_held=False):
+        return
+    for slot, word in state.plan.statuses(state.step):
+        if word == Status.CANCELED and state.goals.occupant(slot) in cancelled:
+            set_status(state, slot, word, state.step)
+
+
+def is_unsettled(state: State, *, counts_held: bool = True) -> bool:
     """Tells if actions of the current step are still to be published, answered or planned with.
 
     The last means that the planner knows an answer, or an input, and has not planned since then.
+
+    Args:
+        state: What is known.
+        counts_held: Whether those count that no actuator was told of.
     """
-    if state.executions.is_awaited:
+    if state.executions.is_awaited if counts_held else state.executions.awaits_begun:
         return True
     if not state.executions.published.issuperset(state.plan.actions(state.step)):
         return True

@@ -19,7 +19,7 @@ from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.beliefs import Beliefs, Evidence
 from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.execution import Execution, HeldAction
+from rosoclingo.loop.values.execution import Execution, OperatorState
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.msg import (
     ROSoClingoBeliefs,
@@ -73,6 +73,8 @@ class RosEnvironment(Environment):
         questions: Explains to goals why they wait; None if nothing does.
         told: The actuators that were told something.
         held: What an operator has decided, as it was published last.
+        answered_control: Called by the loop's thread with the outcome of an operator's request,
+            which is the one that was put into the inbox.
     """
 
     def __init__(self, description: str) -> None:
@@ -84,6 +86,9 @@ class RosEnvironment(Environment):
         self.questions: Optional[Questions] = None
         self.told: FrozenSet[str] = frozenset()
         self.held = ROSoClingoHeld()
+        self.answered_control: Callable[[journal.ControlArrived, journal.ControlOutcome], None] = (
+            lambda *_: None
+        )
         self._held = publisher("~held", ROSoClingoHeld, latch=True)
         # Opened before ~out: who hears an action there can tell whether it comes here, too.
         self._dispatch = publisher("~dispatch", ROSoClingoDispatch, latch=True)
@@ -113,14 +118,25 @@ class RosEnvironment(Environment):
             ],
         )
 
-    def show_held(
-        self, is_paused: bool, on_hold: Sequence[str], held: Sequence[HeldAction]
-    ) -> None:
+    def show_held(self, decided: OperatorState) -> None:
         """Publishes to ``~held``."""
-        actions = [f"do({one.actuator},{one.action})" for one in held]
-        reasons = [str(one.reason) for one in held]
-        self.held = ROSoClingoHeld(is_paused, list(on_hold), actions, reasons)
+        held, rejected = decided.held, decided.rejected
+        self.held = ROSoClingoHeld(
+            decided.is_paused,
+            list(decided.on_hold),
+            [f"do({one.actuator},{one.action})" for one in held],
+            [str(one.reason) for one in held],
+            [one.token for one in held],
+            [f"do({one.actuator},{one.action})" for one in rejected],
+            ["" if one.instead is None else str(one.instead) for one in rejected],
+        )
         self._held.publish(self.held)
+
+    def answer_control(
+        self, request: journal.ControlArrived, outcome: journal.ControlOutcome
+    ) -> None:
+        """Passes the answer on to the service that was called."""
+        self.answered_control(request, outcome)
 
     def world_now(self) -> float:
         """Returns ROS's time, which is a simulator's if there is one that has a clock."""

@@ -30,6 +30,7 @@ from rosoclingo.loop.journal import AnswerArrived, MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Decider
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
+from rosoclingo.loop.state import ASK_AGAIN_SECONDS
 from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.loop.values.solver import Solver
@@ -114,6 +115,7 @@ class LoopNode:
             "seed_planner": _checked(
                 "seed_planner", parameters.text("seed_planner", NONE), find_seed_planner
             ),
+            "ask_again": parameters.number("ask_again", ASK_AGAIN_SECONDS, what="seconds"),
             "ask_before": _checked("ask_before", parameters.words("ask_before"), Interlock),
             "policies": _checked("policies", parameters.mapping("policies"), ActionPolicies),
         }

@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 import rospy
 from std_srvs.srv import Trigger
 
 from rosclingo.errors import TermError
+from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.inputs.inbox import Inbox
-from rosoclingo.loop.journal import Control, ControlArrived
+from rosoclingo.loop.journal import Control, ControlArrived, ControlOutcome
 from rosoclingo.loop.values.atoms import canonical
+from rosoclingo.loop.values.execution import HoldReason
 from rosoclingo.msg import ROSoClingoHeld
 from rosoclingo.ros.environment import RosEnvironment
-from rosoclingo.srv import ControlActuator
+from rosoclingo.srv import ControlActuator, ControlActuatorRequest
 
 _OF_RUN = (Control.PAUSE, Control.HALT, Control.STEP, Control.RESUME)
 _OF_ACTUATOR = (Control.HOLD, Control.RELEASE)
 _OF_ACTION = (Control.APPROVE, Control.REJECT)
-_TAKEN_SECONDS = 5.0  # how long a service waits until the loop has taken the request
+_FOR_APPROVAL = (HoldReason.APPROVAL, HoldReason.RETRY)
+_TAKEN_SECONDS = 5.0  # how long a service waits for what is certain: that the loop takes a request
+_LOOK_SECONDS = 0.5  # how often it looks whether the loop has ended
+_ENDED = "the loop has ended"
 
 
 class OperatorServices:
-    """A service for each request, which answers when the loop has taken it. Thread-safe.
+    """A service for each request, which answers with what became of it. Thread-safe.
 
     When ``~pause`` has answered, no action begins until ``~resume``.
     """
@@ -36,60 +41,133 @@ class OperatorServices:
 
         Args:
             inbox: Where requests come in.
-            environment: Knows which actions are held.
+            environment: Knows which actions are held, and is told what became of requests.
             is_dynamic: Whether the mode takes goals, as far as that is known; one that does not
                 publishes whole plans.
         """
         self._inbox = inbox
         self._environment = environment
         self._is_dynamic = is_dynamic
+        self._pending: Dict[int, _Pending] = {}  # by the ids of requests in Python
+        environment.answered_control = self._answer
         self._services: Dict[Control, rospy.Service] = {
-            word: rospy.Service(f"~{word}", Trigger, lambda _, word=word: self._request(word))
+            word: rospy.Service(f"~{word}", Trigger, lambda _, word=word: self._of_run(word))
             for word in _OF_RUN
         }
         for word in (*_OF_ACTUATOR, *_OF_ACTION):
             self._services[word] = rospy.Service(
-                f"~{word}",
-                ControlActuator,
-                lambda request, word=word: self._request_of(word, request.actuator, request.action),
+                f"~{word}", ControlActuator, lambda asked, word=word: self._of_actuator(word, asked)
             )
 
-    def _request_of(self, word: Control, text: str, action: str) -> Tuple[bool, str]:
+    def _answer(self, request: ControlArrived, outcome: ControlOutcome) -> None:
+        pending = self._pending.pop(id(request), None)
+        if pending is not None:
+            pending.outcome = outcome
+            pending.is_answered.set()
+
+    def _of_run(self, word: Control) -> Tuple[bool, str]:
+        return self._ask([ControlArrived(word)])
+
+    def _of_actuator(self, word: Control, asked: ControlActuatorRequest) -> Tuple[bool, str]:
         try:
-            actuator, action = (canonical(one) if one else "" for one in (text, action))
+            actuator, action = (canonical(t) if t else "" for t in (asked.actuator, asked.action))
         except TermError as err:
             return (
                 False,
                 f"{err}; an actuator is a ground term, such as robot(2), and so is an action",
             )
-        held = self._environment.held.held
-        if word in _OF_ACTION and not _held_of(held, actuator, action):
-            named = f" {action}" if action else ""
-            named += f" of {actuator}" if actuator else ""
-            return False, f"no action{named} is held; {_describe(self._environment.held)}"
         if word in _OF_ACTUATOR and not actuator:
             return False, f"{word} of which actuator? ~{Control.PAUSE} is for all of them"
-        return self._request(word, actuator)
+        request = ControlArrived(word, actuator, action=action, token=asked.token)
+        if word in _OF_ACTUATOR or actuator:
+            return self._ask([request])
+        shown = _held(self._environment.held)
+        fitting = [one for one in shown if action in ("", one.action)]
+        fitting = [one for one in fitting if asked.token in (0, one.token)]
+        is_for_all = not (action or asked.token)
+        if is_for_all and word is Control.APPROVE:
+            fitting = [one for one in fitting if one.reason in _FOR_APPROVAL]
+        if not (fitting or is_for_all):
+            return self._ask([request])  # which is refused, with the reason
+        if not fitting:
+            return False, f"no action waits for that; {_describe(self._environment.held)}"
+        if not is_for_all and len(fitting) > 1:
+            named = " and ".join(one.actuator for one in fitting)
+            return False, f"{action} is held for {named}: name the actuator, or the token in ~held"
+        return self._ask(
+            [
+                ControlArrived(word, one.actuator, action=one.action, token=one.token)
+                for one in fitting
+            ]
+        )
 
-    def _request(self, word: Control, actuator: str = "") -> Any:
+    def _ask(self, requests: List[ControlArrived]) -> Tuple[bool, str]:
+        """Has requests taken by the loop, and returns what has become of all of them.
+
+        What is certain is answered after some seconds, if a command goes on for longer. Whether an
+        action can be approved or rejected is known only when that is over.
+        """
         if not self._is_dynamic():
-            return False, "the loop has ended, or its mode is static: it publishes a whole plan"
-        taken = threading.Event()
+            return False, f"{_ENDED}, or its mode is static: it publishes a whole plan"
+        pending = [_Pending() for _ in requests]
+        for request, one in zip(requests, pending):
+            self._pending[id(request)] = one
         try:
-            self._inbox.put(ControlArrived(word, actuator))
+            for request in requests:
+                self._inbox.put(request)
+            outcomes = [self._wait(*pair) for pair in zip(requests, pending)]
         except StoreError as err:
             return False, str(err)
-        if not self._inbox.call_after_controls(taken.set):
-            return False, "the loop has ended"
-        if not taken.wait(_TAKEN_SECONDS):
-            return True, "taken when the command ends that is carried out now"
-        return True, _describe(self._environment.held)
+        finally:
+            for request in requests:
+                self._pending.pop(id(request), None)
+        said = [one.text for one in outcomes if one is not None]
+        how = _describe(self._environment.held)
+        is_of_run = requests[0].control in (*_OF_RUN, *_OF_ACTUATOR)
+        if None in outcomes:
+            said, how = ["taken when the command ends that is carried out now"], ""
+        words = [how, *said] if is_of_run else [*said, how]
+        return all(one is None or one.is_done for one in outcomes), "; ".join(filter(None, words))
+
+    def _wait(self, request: ControlArrived, pending: _Pending) -> Optional[ControlOutcome]:
+        """Returns the outcome of a request; None if it will be done for certain."""
+        is_certain = request.control not in _OF_ACTION and not (request.action or request.token)
+        waited = 0.0
+        while not pending.is_answered.wait(_LOOK_SECONDS):
+            waited += _LOOK_SECONDS
+            is_over = rospy.is_shutdown() or not self._inbox.call_soon(lambda: None)
+            if (is_over or self._inbox.closed) and not pending.is_answered.is_set():
+                return ControlOutcome(False, _ENDED)
+            if is_certain and waited >= _TAKEN_SECONDS:
+                return None
+        return pending.outcome
 
 
-def _held_of(held: List[str], actuator: str, action: str) -> List[str]:
-    """Returns the actions that are held, of an actuator or all."""
-    begin, end = f"do({actuator}," if actuator else "do(", f",{action})" if action else ")"
-    return [one for one in held if one.startswith(begin) and one.endswith(end)]
+class _Pending:
+    """A request that the loop has not answered yet.
+
+    Attributes:
+        is_answered: Set when it has.
+        outcome: What has become of it.
+    """
+
+    def __init__(self) -> None:
+        self.is_answered = threading.Event()
+        self.outcome = ControlOutcome(False, _ENDED)
+
+
+class _Held(NamedTuple):
+    actuator: str
+    action: str
+    reason: str
+    token: int
+
+
+def _held(decided: ROSoClingoHeld) -> List[_Held]:
+    """Returns the actions that are held, as they were published."""
+    rows: Any = zip(decided.held, decided.reasons, decided.tokens)
+    terms = [(split_term(atom)[1], reason, token) for atom, reason, token in rows]
+    return [_Held(actuator, action, *rest) for (actuator, action), *rest in terms]
 
 
 def _describe(decided: ROSoClingoHeld) -> str:

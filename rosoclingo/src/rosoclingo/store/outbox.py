@@ -11,18 +11,29 @@ from functools import partial
 from typing import Callable, Deque, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 from rosoclingo.errors import StoreError
-from rosoclingo.loop.journal import Entry, Reason, Record, Status, StatusSet
+from rosoclingo.loop.journal import (
+    ControlArrived,
+    ControlOutcome,
+    Entry,
+    Reason,
+    Record,
+    Status,
+    StatusSet,
+)
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.beliefs import Beliefs
 from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.execution import Execution, HeldAction
+from rosoclingo.loop.values.execution import Execution, OperatorState
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.store.store import Changes, Store
 
 _URGENT = ("dispatch", "publication")
 """The effects that are let out first, because somebody waits for them."""
+
+
+_FOR_OPERATORS = ("held", "answer to an operator")
 
 
 class HeldEffect(NamedTuple):
@@ -95,12 +106,14 @@ class Outbox(Environment):
         show = partial(self._environment.show_executions, run, executions)
         self.add(HeldEffect("dispatch", show))
 
-    def show_held(
-        self, is_paused: bool, on_hold: Sequence[str], held: Sequence[HeldAction]
-    ) -> None:
+    def show_held(self, decided: OperatorState) -> None:
         """Publishes what an operator has decided, and what waits for that."""
-        show = partial(self._environment.show_held, is_paused, on_hold, held)
-        self.add(HeldEffect("held", show))
+        self.add(HeldEffect("held", partial(self._environment.show_held, decided)))
+
+    def answer_control(self, request: ControlArrived, outcome: ControlOutcome) -> None:
+        """Answers an operator's request."""
+        answer = partial(self._environment.answer_control, request, outcome)
+        self.add(HeldEffect("answer to an operator", answer))
 
     def show_plan(
         self,
@@ -169,8 +182,11 @@ class Outbox(Environment):
 
     @property
     def is_urgent(self) -> bool:
-        """Whether an effect is held for which somebody waits: an action, a status or a result."""
-        return any(one.action or one.change for one in self._effects)
+        """Whether an effect is held for which somebody waits: a client, an actuator, an operator.
+
+        An operator decides about actions by their tokens, which are those of the committed state.
+        """
+        return any(one.action or one.change or one.kind in _FOR_OPERATORS for one in self._effects)
 
     @property
     def is_empty(self) -> bool:

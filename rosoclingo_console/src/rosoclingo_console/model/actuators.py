@@ -12,8 +12,10 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from itertools import chain, repeat
 from typing import Any, Deque, Dict, List, Mapping, Optional, Sequence, Tuple
 
+from rosclingo.wire.term_text import split_term
 from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 from rosoclingo_console.model.board import Row
@@ -184,7 +186,7 @@ class ActuatorTable:
         act = doing.get(name)
         row: Dict[str, Any] = {
             "action": "", "since": None, "step": None, "on_hold": name in self.decisions.on_hold,
-            "held": "", "next": self._next(name, act),
+            "held": "", "token": 0, "rejected": self._rejected(name), "next": self._next(name, act),
             "last": last.action if last and last.ended else "",
             "answer": last.answer if last and last.ended else "",
         }  # fmt: skip
@@ -196,9 +198,11 @@ class ActuatorTable:
             row["state"] = "stops" if act.is_aborted else "acts"
             row["waits"] = "is to stop, and then to answer" if act.is_aborted else ""
             return row
-        for actuator, action, reason in self.decisions.held:
+        tokens = chain(self.decisions.tokens, repeat(0))
+        for (actuator, action, reason), token in zip(self.decisions.held, tokens):
             if actuator == name:
-                row.update(held=action, state=reason, waits=_WAITS_FOR.get(reason, reason))
+                row.update(held=action, token=token, state=reason)
+                row["waits"] = _WAITS_FOR.get(reason, reason)
                 return row
         if row["on_hold"] and row["next"]:
             row.update(state="hold", waits=_WAITS_FOR["hold"])
@@ -217,6 +221,12 @@ class ActuatorTable:
         else:
             row.update(state="idle", waits="nothing is planned for it")
         return row
+
+    def _rejected(self, name: str) -> str:
+        """Returns what was rejected of an actuator, and what it is to do instead, in words."""
+        rows = [(what, instead) for who, what, instead in self.decisions.rejected if who == name]
+        planned = [(what, "".join(split_term(instead)[1][1:2])) for what, instead in rows]
+        return ", ".join(f"{what} was rejected, planned: {then or '-'}" for what, then in planned)
 
     def _next(self, name: str, act: Optional[TokenRow]) -> List[Any]:
         """Returns step and action of what an actuator is to do after what it does now."""
@@ -240,4 +250,6 @@ _WAITS_FOR = {
     "hold": "until it is released",
     "pause": "until the run is resumed",
     "retry": "until it is tried again",
+    "rejected": "until something changes, or for a time: it was rejected",
+    "cancel": "for the plan without the goal that is cancelled",
 }

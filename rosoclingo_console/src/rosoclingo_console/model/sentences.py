@@ -72,8 +72,7 @@ def _retried(event: journal.ActionRetried, _: RequestsByGoal) -> str:
 
 
 def _control(event: journal.ControlArrived, _: RequestsByGoal) -> str:
-    # A retry is asked for by the loop itself.
-    who = "the loop" if event.control is journal.Control.RETRY else "the operator"
+    who = "the loop" if event.control in journal.OWN_CONTROLS else "the operator"
     return f"{who} says: {event.words}"
 
 
@@ -105,6 +104,7 @@ _TELLERS: Mapping[type, Tuple[str, Callable[[Any, RequestsByGoal], str]]] = {
     journal.BeliefsChanged: ("belief", _believed),
     journal.SearchEnded: ("command", lambda e, _: f"a search has ended: {e.how.value}"),
     journal.ActionPublished: ("action", lambda e, _: f"{e.actuator}: {e.action}"),
+    journal.ActionWithdrawn: ("action", lambda e, _: f"withdrawn: {e.actuator} {e.action}"),
     journal.ActionRetried: ("action", _retried),
     journal.ActionTook: ("command", _took),
     journal.LoopWaits: ("command", lambda *_: "the loop waits"),

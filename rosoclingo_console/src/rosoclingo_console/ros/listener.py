@@ -86,9 +86,7 @@ def _progress(message: ROSoClingoHeartbeat) -> Heard:
 
 
 def _decisions(message: ROSoClingoHeld) -> Heard:
-    decisions = OperatorDecisions.read(
-        message.paused, message.on_hold, message.held, message.reasons
-    )
+    decisions = OperatorDecisions.of_message(message)
     now = time.time()
     return lambda model: model.decide(decisions, now)
 

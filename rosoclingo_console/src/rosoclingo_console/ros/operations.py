@@ -50,11 +50,13 @@ class RosOperations(Operations):
             self._cancels[name] = publisher(f"{name}/cancel", GoalID)
             self._messages[name] = publisher(f"{name}/in", ROSoClingoIn)
 
-    def control(self, system: str, control: Control, actuator: str, action: str) -> OperationReply:
-        """Calls a service such as ``~pause``, which answers when the request is taken."""
+    def control(
+        self, system: str, control: Control, actuator: str, action: str, token: int
+    ) -> OperationReply:
+        """Calls a service such as ``~pause``, which answers what has become of the request."""
         if control in _OF_RUN:
             return self._call(f"{system}/{control}", Trigger)
-        return self._call(f"{system}/{control}", ControlActuator, actuator, action)
+        return self._call(f"{system}/{control}", ControlActuator, actuator, action, token)
 
     def ask(self, system: str, question: str, arguments: Tuple[str, ...]) -> OperationReply:
         """Calls ``~why``."""

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any, Callable, Mapping, Optional, Tuple
 
 from rosclingo.errors import RosclingoError, TermError
-from rosoclingo.loop.journal import Control
+from rosoclingo.loop.journal import OWN_CONTROLS, Control
 from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.values.ids import split_event
 
 _LONGEST = 10_000  # characters of a text
-_CONTROLS = {one.value: one for one in Control if one is not Control.RETRY}  # the loop says that
+_CONTROLS = {one.value: one for one in Control if one not in OWN_CONTROLS}
 _LARGEST = 1e9  # number
 _MOST = 100  # texts of a list
 
@@ -44,8 +44,10 @@ class Operations:
 
     refusal = OperationReply(False, "this is no recorded run")
 
-    def control(self, system: str, control: Control, actuator: str, action: str) -> OperationReply:
-        """Has an operator's request taken, see docs/protocol.md, section "Control"."""
+    def control(
+        self, system: str, control: Control, actuator: str, action: str, token: int
+    ) -> OperationReply:
+        """Has an operator's request carried out, see docs/protocol.md, section "Control"."""
         return self.refusal
 
     def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
@@ -130,6 +132,17 @@ class Body:
             raise RequestError(f"{name}: expected a number")
         return float(value or 0)
 
+    def token(self, name: str) -> int:
+        """Returns the token of an action; 0 if it is left out, for any.
+
+        Raises:
+            RequestError: It is something else.
+        """
+        value = self._value.get(name, 0)
+        if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**32:
+            raise RequestError(f"{name}: expected the token of an action, as the page shows it")
+        return value
+
     def texts(self, name: str) -> Tuple[str, ...]:
         """Returns a list of texts.
 
@@ -156,10 +169,11 @@ class Body:
 
 def _control(body: Body) -> Call:
     system, actuator, action = body.system, body.text("actuator"), body.text("action")
+    token = body.token("token")
     control = _CONTROLS.get(body.text("control"))
     if control is None:
         raise RequestError(f"control: expected {', '.join(_CONTROLS)}")
-    return lambda operations: operations.control(system, control, actuator, action)
+    return lambda operations: operations.control(system, control, actuator, action, token)
 
 
 def _goal(body: Body) -> Call:

@@ -109,7 +109,8 @@ class History:
         if isinstance(event, journal.MessageArrived):
             return Cell(step, f"message {event.source}: {event.value}")
         if isinstance(event, journal.ControlArrived):
-            return Cell(step, f"operator: {event.words}")
+            # An older journal does not say of which action.
+            return Cell(step, f"operator: {event.control} {event.actuator}".rstrip())
         name = self.label(event.goal) if event.goal in self.requests else event.goal
         what = "came" if isinstance(event, journal.GoalArrived) else "is to be cancelled"
         return Cell(step, f"{name} {what}")

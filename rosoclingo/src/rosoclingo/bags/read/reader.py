@@ -192,7 +192,7 @@ class _Reading:
         return tuple(
             (
                 (message.time - self._begin) * 1e-9,
-                OperatorDecisions.read(said.paused, said.on_hold, said.held, said.reasons),
+                OperatorDecisions.of_message(said),
             )
             for message, said in self._messages(f"{self._name}/held")
         )

@@ -90,7 +90,9 @@ def _let_go(entries: Sequence[Entry]) -> Set[int]:
         event = entry.event
         is_action = isinstance(event, journal.ActionPublished)
         is_recall = isinstance(event, journal.StatusSet) and not event.slot  # by another thread
-        is_request = isinstance(event, journal.ControlArrived)
+        is_request = isinstance(event, journal.ControlArrived) or (
+            isinstance(event, journal.NodeResumed) and event.node == journal.LOOP
+        )
         is_let_go = is_request or (is_let_go and (is_action or is_recall))
         if is_let_go and is_action:
             found.add(entry.number)

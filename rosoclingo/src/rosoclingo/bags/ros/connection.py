@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 from collections import Counter
+from dataclasses import replace
 from typing import Any, Dict, Iterator, Optional, Set
 
 import rospy
@@ -72,7 +73,8 @@ class Connection:
         elif isinstance(event, journal.CancelArrived):
             self._cancel.publish(GoalID(id=event.goal))
         elif isinstance(event, journal.ControlArrived):
-            self._control.publish(journal.to_text(event))
+            # Of another run, which goes another way, the tokens may be others.
+            self._control.publish(journal.to_text(replace(event, token=0, refused="")))
         else:
             self._in.publish(event.source, event.value)
 

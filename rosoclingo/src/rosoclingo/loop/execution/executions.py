@@ -41,6 +41,8 @@ class ExecutionsState:
         answers: The answers that were taken last, by the numbers of their actions.
         answering: The nodes that have answered with tokens.
         clock: What time it was when this was saved, in seconds of the environment's clock.
+        rejected: When an operator is asked again about an action that was rejected, in seconds of
+            the same clock, by actuator and action.
     """
 
     run: str = field(default_factory=lambda: uuid.uuid4().hex)
@@ -51,6 +53,7 @@ class ExecutionsState:
     answers: Dict[int, str] = field(default_factory=dict)
     answering: Set[str] = field(default_factory=set)
     clock: float = 0.0
+    rejected: Dict[Tuple[str, str], float] = field(default_factory=dict)
 
 
 class Executions(ExecutionsState):
@@ -89,6 +92,7 @@ class Executions(ExecutionsState):
             ValueError: An execution is filed under another actuator.
         """
         passed = self._environment.now() - self.clock
+        self.rejected = {key: ask_at + passed for key, ask_at in self.rejected.items()}
         for actuator, one in list(self.last.items()):
             if actuator != one.actuator:
                 raise ValueError(f"an execution of {one.actuator} is filed under {actuator}")
@@ -118,7 +122,7 @@ class Executions(ExecutionsState):
     @property
     def held(self) -> List[Execution]:
         """The executions that are held back, without those that were rejected."""
-        return [one for one in self.ordered if one.is_held and one.is_open]
+        return [one for one in self.ordered if one.is_held and one.is_open and not one.is_rejected]
 
     def acting(self, actuator: str) -> Optional[Execution]:
         """Returns the execution of an actuator that acts in the step, or has answered in it."""
@@ -162,7 +166,60 @@ class Executions(ExecutionsState):
             is_timed=not is_held,  # if it is rejected, it has taken no time
             is_enqueued=False,
             is_held=is_held,
+            held_as=self.number if is_held else self.last[actuator].held_as,
         )
+        self.changed = True
+
+    # What an operator decides of one that is held, and what becomes of it without its goal.
+
+    def approve(self, actuator: str) -> None:
+        """Enters that an operator has approved an action that is held."""
+        self._set(self.last[actuator], is_approved=True)
+        one = self.last[actuator]
+        self.rejected.pop((actuator, one.action), None)
+
+    def reject(self, actuator: str, seconds: float) -> None:
+        """Enters that an operator has rejected an action that is held.
+
+        Args:
+            actuator: Whose action it is.
+            seconds: In how many seconds it may be asked for again, if nothing changes before.
+        """
+        self.fail_held(actuator)
+        self.rejected[actuator, self.last[actuator].action] = self._environment.now() + seconds
+
+    def fail_held(self, actuator: str) -> None:
+        """Enters that an action which is held counts as failed, whatever an operator says later."""
+        self._set(self.last[actuator], is_rejected=True)
+
+    def forget_rejections(self) -> None:
+        """Says that something has changed: what was rejected may be asked for again."""
+        self.rejected.clear()
+
+    def open_to_change(self) -> List[Action]:
+        """Lets the next plan do without what is held, and returns it as it was published.
+
+        What has been begun before, and is to be tried again or goes on over steps, stays.
+        """
+        free = [one for one in self.held if one.acts and one.attempt == 1 and not one.goes_on]
+        free = [one for one in free if not one.is_busy]
+        for one in free:
+            self.published.discard(one.published)
+            self._set(one, is_open_to_change=True)
+        return [one.published for one in free]
+
+    def plan_again(self, action: Action) -> bool:
+        """Enters an action of a new plan that is held already, and returns whether it is."""
+        one = self.last.get(action.actuator)
+        if one is None or not one.is_open_to_change or one.action != action.name:
+            return False
+        self.published.add(action)
+        self._set(one, is_open_to_change=False, step=action.step, acts=True)
+        return True
+
+    def withdraw(self, actuator: str) -> None:
+        """Forgets an action that is held, and that nobody was told of."""
+        del self.last[actuator]
         self.changed = True
 
     def retry(self, actuator: str, answer: str, pause: float) -> None:
@@ -187,6 +244,7 @@ class Executions(ExecutionsState):
             is_enqueued=False,
             is_held=True,
             attempt=one.attempt + 1,
+            held_as=one.number,
             pauses=True,
             retry_at=self._environment.now() + pause,
         )
@@ -221,6 +279,8 @@ class Executions(ExecutionsState):
         self.record_answer(one.number, answer)
         self._set(one, answer=answer, outcome=outcome or answer)
         self.changed = True
+        if not one.is_held:  # elsewhere, or later, it may be right
+            self.rejected = {key: at for key, at in self.rejected.items() if key[0] != actuator}
         return one if one.acts else None
 
     def can_be_aborted(self, actuator: str) -> bool:
@@ -272,6 +332,11 @@ class Executions(ExecutionsState):
     def is_awaited(self) -> bool:
         """Tells whether the answer of an actuator is missing that is not known to act on."""
         return any(self._awaited)
+
+    @property
+    def awaits_begun(self) -> bool:
+        """Tells the same of those whose actions have begun, or count as failed."""
+        return any(not one.is_held or one.is_rejected for one in self._awaited)
 
     @property
     def _of_step(self) -> Iterator[Execution]:
@@ -334,7 +399,7 @@ class Executions(ExecutionsState):
     def _forget_held(self) -> None:
         """Forgets held actions that are no part of the plan any more, which is made anew."""
         for one in self.held:
-            if not one.acts:
+            if not (one.acts or one.is_open_to_change):
                 del self.last[one.actuator]
 
     def _go_on(self, goes_on: Callable[[Execution], bool], *, is_busy: bool) -> None:

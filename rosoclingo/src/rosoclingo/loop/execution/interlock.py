@@ -7,12 +7,11 @@ act on.
 >>> interlock = Interlock(("deliver(*)",))
 >>> interlock.reason("robot", "go(3)"), interlock.reason("robot", "deliver(1)")
 (None, <HoldReason.APPROVAL: 'approval'>)
->>> interlock.apply(Control.APPROVE, "robot")
 >>> interlock.apply(Control.PAUSE)
->>> interlock.reason("robot", "deliver(1)")
+>>> interlock.reason("robot", "deliver(1)", is_approved=True)
 <HoldReason.PAUSE: 'pause'>
 >>> interlock.apply(Control.RESUME)
->>> interlock.reason("robot", "deliver(1)") is None
+>>> interlock.reason("robot", "deliver(1)", is_approved=True) is None
 True
 """
 
@@ -34,13 +33,11 @@ class InterlockState:
         is_paused: Whether no action is dispatched.
         steps: Whether the next actions are nevertheless.
         on_hold: The actuators that are on hold.
-        approved: The actuators whose next action is approved.
     """
 
     is_paused: bool = False
     steps: bool = False
     on_hold: Set[str] = field(default_factory=set)
-    approved: Set[str] = field(default_factory=set)
 
 
 class Interlock(InterlockState):
@@ -63,26 +60,25 @@ class Interlock(InterlockState):
         """Tells if any action needs an approval."""
         return bool(self._ask_before)
 
-    def reason(self, actuator: str, action: str, *, is_retry: bool = False) -> Optional[HoldReason]:
+    def reason(
+        self, actuator: str, action: str, *, is_approved: bool = False
+    ) -> Optional[HoldReason]:
         """Returns why an action is held; None if it may be dispatched.
 
         Args:
             actuator: Whose action it is.
             action: The action.
-            is_retry: Whether it was dispatched before, so that it needs no approval any more.
+            is_approved: Whether an operator has approved it.
         """
-        is_approved = is_retry or actuator in self.approved
         if not is_approved and any(one.fits(actuator, action) for one in self._ask_before):
             return HoldReason.APPROVAL
         if actuator in self.on_hold:
             return HoldReason.HOLD
         return HoldReason.PAUSE if self.is_paused and not self.steps else None
 
-    def note_dispatched(self, actuators: Sequence[str]) -> None:
-        """Says that actions were dispatched: each approval was for one, and so was a step."""
-        self.approved.difference_update(actuators)
-        if actuators:
-            self.steps = False
+    def note_dispatched(self) -> None:
+        """Says that actions were dispatched: a step is for those that begin together."""
+        self.steps = False
 
     def apply(self, control: Control, actuator: str = "") -> None:
         """Changes what may be dispatched from now on, by an operator's request.
@@ -99,5 +95,3 @@ class Interlock(InterlockState):
             self.on_hold.add(actuator)
         elif control is Control.RELEASE:
             self.on_hold.discard(actuator)
-        elif control is Control.APPROVE:
-            self.approved.add(actuator)

@@ -96,6 +96,7 @@ class ExecutionWatchdog:
         self._spent: Dict[int, WorldStopwatch] = {}  # by numbers of actions
         self._answered: Set[UntakenAnswer] = set()
         self._look_at = 0.0
+        self._asked: Set[Tuple[Tuple[str, str], float]] = set()  # what the inbox has been told of
         self._progress: Dict[int, int] = {}  # in percent, as it was told, by numbers of actions
 
     @property
@@ -125,6 +126,7 @@ class ExecutionWatchdog:
         if not self.inbox.recorded.knows_inputs:
             self._tell_progress()
             rest += [*self._begin_retries(now), *self._time_out(now), *self._miss_heartbeats(now)]
+            rest += self._ask_again(now)
         self._looked_at = now
         self._look_at = now + max(_SHORTEST_SECONDS, min(rest))
 
@@ -152,6 +154,17 @@ class ExecutionWatchdog:
                 self.inbox.put(ControlArrived(Control.RETRY, one.actuator))
             else:
                 yield one.retry_at - now
+
+    def _ask_again(self, now: float) -> Iterator[float]:
+        """Has what was rejected long ago be asked for again; yields the seconds until it is so."""
+        rejected = self.executions.rejected
+        self._asked &= set(rejected.items())
+        for key, ask_at in rejected.items():
+            if now < ask_at:
+                yield ask_at - now
+            elif (key, ask_at) not in self._asked:
+                self._asked.add((key, ask_at))
+                self.inbox.put(ControlArrived(Control.ASK, key[0], action=key[1]))
 
     def _time_out(self, now: float) -> Iterator[float]:
         """Times out what takes too long; yields the seconds that others may take yet."""

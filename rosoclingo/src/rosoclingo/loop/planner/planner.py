@@ -19,7 +19,16 @@ from rosoclingo.loop.planner.requests import Requests, read_externals
 from rosoclingo.loop.planner.searching import Searching, read_summary
 from rosoclingo.loop.planner.shortening import cheapen, shorten
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.values.added import EMPTY_PARTS, PAUSES, PAUSES_PART, SLOT, SLOT_PART, SLOTS
+from rosoclingo.loop.values.added import (
+    AVOIDS,
+    AVOIDS_PART,
+    EMPTY_PARTS,
+    PAUSES,
+    PAUSES_PART,
+    SLOT,
+    SLOT_PART,
+    SLOTS,
+)
 from rosoclingo.loop.values.atoms import QUERY, Action, Plan, query
 from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo.loop.values.solver import Solver
@@ -72,6 +81,8 @@ class PlannerState:
     _is_through: bool = False  # whether a search for a better plan has tried all
     _limited: int = 0  # the last step whose pauses can be limited
     _later: List[str] = field(default_factory=list)  # externals that are to be true
+    _avoided: int = 0  # how many externals for that there have been
+    _avoiding: List[str] = field(default_factory=list)  # those that are true
 
 
 class Planner(PlannerState):
@@ -149,6 +160,7 @@ class Planner(PlannerState):
         """
         self.demand.begin(())
         self._later = []
+        self._avoided, self._avoiding = 0, []
         self._forget_plan()
         self.quality = None
         self.layers = LayersState()
@@ -550,6 +562,39 @@ class Planner(PlannerState):
             return None
         self.run()  # what is still to be told
         return self._searching().has_answer_set(stopped)
+
+    def avoid(self, action: Action, steps: Sequence[int], stopped: Callable[[], bool]) -> None:
+        """Has the plans until :meth:`end_avoiding` do without an action, if there is one.
+
+        Args:
+            action: The action; its step does not count.
+            steps: In which steps, which are grounded.
+            stopped: Whether it need not be looked for.
+
+        Raises:
+            PlannerError: The encoding has something else of that name.
+        """
+        parts = [] if self._avoided else [AVOIDS_PART]
+        self._avoided += 1
+        name = f"{AVOIDS}({self._avoided})"
+        arguments = (str(self._avoided), action.actuator, action.name)
+        ground = [wire.Part(AVOIDS, (*arguments, str(step))) for step in steps]
+        self.run(*parts, wire.Ground(tuple(ground)), wire.AssignExternal(name, wire.Truth.TRUE))
+        if self.has_answer_set(stopped):
+            self._avoiding.append(name)
+        else:
+            self.run(wire.ReleaseExternal(name))
+
+    @property
+    def avoids(self) -> bool:
+        """Whether plans do without an action, as :meth:`avoid` says."""
+        return bool(self._avoiding)
+
+    def end_avoiding(self) -> None:
+        """Allows again what :meth:`avoid` has forbidden."""
+        avoiding, self._avoiding = self._avoiding, []
+        if avoiding:
+            self.run(*(wire.ReleaseExternal(name) for name in avoiding))
 
     def externals(self) -> Dict[str, wire.Truth]:
         """Returns all externals with their values."""

@@ -39,6 +39,17 @@ PAUSES = wire.Add(
 )
 """The part ``PAUSES_PART``, which an encoding gets when horizons take turns."""
 
+AVOIDS = "rosoclingo_avoids"
+"""The external that forbids an action in some steps, with a number for an argument; and its part,
+whose other arguments are the actuator, the action and one of the steps."""
+
+AVOIDS_PART = wire.Add(
+    AVOIDS,
+    ("n", "r", "a", "t"),
+    f"#defined do/3. #external {AVOIDS}(n). :- {AVOIDS}(n), do(r,a,t).",
+)
+"""The part ``AVOIDS``, which an encoding gets when an action is held whose goal is cancelled."""
+
 SLOT_PART = "rosoclingo_slot"
 SLOT = f"{SLOT_PART}("
 """Prefix of the external that is declared for each slot, so that a solver node lists the slots."""

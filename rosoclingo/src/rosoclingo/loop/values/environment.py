@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from typing import Mapping, Optional, Sequence
 
-from rosoclingo.loop.journal import Record
+from rosoclingo.loop.journal import ControlArrived, ControlOutcome, Record
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.beliefs import Beliefs
-from rosoclingo.loop.values.execution import Execution, HeldAction
+from rosoclingo.loop.values.execution import Execution, OperatorState
 from rosoclingo.loop.values.goals import Goal
 
 
@@ -41,16 +41,11 @@ class Environment:
             executions: The last one of each actuator, in the order of their numbers.
         """
 
-    def show_held(
-        self, is_paused: bool, on_hold: Sequence[str], held: Sequence[HeldAction]
-    ) -> None:
-        """Publishes what an operator has decided, and what waits for that.
+    def show_held(self, decided: OperatorState) -> None:
+        """Publishes what an operator has decided, and what waits for that."""
 
-        Args:
-            is_paused: Whether the run is paused.
-            on_hold: The actuators that are on hold.
-            held: The actions that wait.
-        """
+    def answer_control(self, request: ControlArrived, outcome: ControlOutcome) -> None:
+        """Answers an operator's request, which is the one that was put into the inbox."""
 
     def show_plan(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import NamedTuple, Optional
+from typing import NamedTuple, Optional, Tuple
 
 from rosoclingo.loop.values.atoms import Action
 
@@ -16,6 +16,8 @@ class HoldReason(str, enum.Enum):
     HOLD = "hold"  # its actuator is on hold
     PAUSE = "pause"  # the run is paused
     RETRY = "retry"  # it has failed, and is tried again after a pause
+    REJECTED = "rejected"  # an operator has rejected it, and is not asked again yet
+    CANCEL = "cancel"  # a goal was cancelled, and the plan after that is not known yet
 
     __str__ = str.__str__
 
@@ -27,11 +29,43 @@ class HeldAction(NamedTuple):
         actuator: Who is to act.
         action: What to do.
         reason: Why it is held.
+        token: The number of the action while it is held.
     """
 
     actuator: str
     action: str
     reason: HoldReason
+    token: int = 0
+
+
+class RejectedAction(NamedTuple):
+    """An action that an operator has rejected, and is not asked about again yet.
+
+    Attributes:
+        actuator: Who was to act.
+        action: What to do.
+        instead: What the actuator is to do next by the plan; None for nothing.
+    """
+
+    actuator: str
+    action: str
+    instead: Optional[Action] = None
+
+
+class OperatorState(NamedTuple):
+    """What an operator has decided, and what waits for that.
+
+    Attributes:
+        is_paused: Whether the run is paused.
+        on_hold: The actuators that are on hold.
+        held: The actions that wait.
+        rejected: The actions about which nobody is asked again yet.
+    """
+
+    is_paused: bool = False
+    on_hold: Tuple[str, ...] = ()
+    held: Tuple[HeldAction, ...] = ()
+    rejected: Tuple[RejectedAction, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -55,6 +89,10 @@ class Execution:
         outcome: The same as the planner is told it.
         acts: Whether its actuator acts in the current step, or has answered in it.
         is_held: Whether its actuator is not told of it yet, see :class:`.Interlock`.
+        held_as: Its number while it was held last; 0 if it was not.
+        is_approved: Whether an operator has approved it.
+        is_rejected: Whether an operator has rejected it.
+        is_open_to_change: Whether it is held, and the next plan may do without it.
         attempt: Which attempt it is, from 1; see :class:`.ActionPolicy`.
         pauses: Whether it is held until the pause before the next attempt is over.
         retry_at: When that is so, as ``began``.
@@ -78,6 +116,10 @@ class Execution:
     outcome: Optional[str] = None
     acts: bool = True
     is_held: bool = False
+    held_as: int = 0
+    is_approved: bool = False
+    is_rejected: bool = False
+    is_open_to_change: bool = False
     attempt: int = 1
     pauses: bool = False
     retry_at: float = 0.0

@@ -12,6 +12,8 @@ const STATES = {
   approval: ["warn", "?", "wants an approval"],
   hold: ["warn", "❚❚", "on hold"],
   pause: ["warn", "❚❚", "paused"],
+  rejected: ["warn", "✕", "rejected"],
+  cancel: ["quiet", "…", "waits for a plan"],
   retry: ["warn", "↻", "tries again"],
   others: ["quiet", "…", "waits for others"],
   begins: ["quiet", "…", "begins soon"],
@@ -34,6 +36,7 @@ function more(row) {
   if (row.action && row.waits) parts.push(row.waits);
   if (row.on_hold && row.state !== "hold") parts.push("is on hold after that");
   if (row.action && row.next.length) parts.push(`then ${row.next[1]} in step ${row.next[0]}`);
+  if (row.rejected) parts.push(row.rejected);
   if (row.last) parts.push(`last: ${row.last}, ${row.answer || "no answer"}`);
   return parts.join(" · ");
 }
@@ -44,10 +47,10 @@ function makeActuator() {
     what = make("p", { class: "what" }),
     small = make("small");
   const made = make("li");
-  const act = (control, action = "") =>
-    order("control", { control, actuator: made.key, action }, `${control} ${made.key}`);
-  const approve = make("button", { type: "button", text: "Approve", click: () => act("approve", made.row.held) });
-  const reject = careful("Reject", "Reject it?", () => act("reject", made.row.held));
+  const act = (control, action = "", token = 0) =>
+    order("control", { control, actuator: made.key, action, token }, `${control} ${made.key}`);
+  const approve = make("button", { type: "button", text: "Approve", click: () => act("approve", made.row.held, made.row.token) });
+  const reject = careful("Reject", "Reject it?", () => act("reject", made.row.held, made.row.token));
   const hold = make("button", { type: "button", click: () => act(made.row.on_hold ? "release" : "hold") });
   made.append(
     make("div", { class: "head" }, name, sign, make("span", { class: "buttons" }, approve, reject, hold)),
@@ -57,7 +60,7 @@ function makeActuator() {
   made.update = (row) => {
     sign.say(...(STATES[row.state] ?? ["quiet", "…", row.state]));
     change(what, { text: does(row) });
-    change(approve, { hidden: row.state !== "approval" });
+    change(approve, { hidden: !["approval", "rejected"].includes(row.state) });
     change(reject, { hidden: !row.held });
     change(hold, { text: row.on_hold ? "Release" : "Hold" });
   };

@@ -1,0 +1,264 @@
+"""Carries out an operator's requests: lets held actions begin, holds them back, or rejects them.
+
+A request names an actuator, an action and its token, or leaves some of them out. When it is taken,
+it is checked against what is held then. So each request has an outcome, which says what became of
+it: of an approval and a rejection of the same action at once, one is refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import List, Optional, Sequence
+
+from rosclingo.errors import shorten
+from rosclingo.wire.term_text import last_number, split_term
+from rosoclingo.loop import beginning
+from rosoclingo.loop.journal import (
+    OWN_CONTROLS,
+    ActionWithdrawn,
+    Control,
+    ControlArrived,
+    ControlOutcome,
+)
+from rosoclingo.loop.publishing import publish_abort, reject, send
+from rosoclingo.loop.state import State
+from rosoclingo.loop.values.execution import Execution, HoldReason
+from rosoclingo.loop.words import INFO
+
+_OF_ACTION = (Control.APPROVE, Control.REJECT)
+_OF_ACTUATOR = (Control.HOLD, Control.RELEASE)
+_NO_APPROVAL = {
+    HoldReason.HOLD: "its actuator is on hold (~release)",
+    HoldReason.PAUSE: "the run is paused (~resume)",
+}
+
+
+def control(state: State, request: ControlArrived, seconds: float) -> bool:
+    """Carries out an operator's request, and answers it.
+
+    Args:
+        state: What is known.
+        request: The request.
+        seconds: How long the command takes that is carried out meanwhile; 0 between commands.
+
+    Returns:
+        Whether that is news for the mode.
+    """
+    held = _meant(state, request)
+    refused = _refusal(state, request, held)
+    noted = replace(request, seconds=seconds, refused=refused or "")
+    if len(held) == 1 and request.control in _OF_ACTION:
+        noted = replace(noted, actuator=held[0].actuator, action=held[0].action)
+        noted = replace(noted, token=held[0].number)
+    state.note(noted)
+    if refused is not None:
+        state.environment.answer_control(request, ControlOutcome(False, refused))
+        return False
+    is_news = _apply(state, request, held)
+    begun = let_go(state)
+    text = _outcome(state, request, held, begun)
+    if request.control not in OWN_CONTROLS:
+        state.environment.info(f"{noted.words}: {text}")
+        if request.control is Control.REJECT:
+            state.goals.tell(f"an operator has {text}")
+    state.environment.answer_control(request, ControlOutcome(True, text))
+    return is_news
+
+
+def let_go(state: State) -> List[Execution]:
+    """Has the actions begin that nothing holds any more, and returns them."""
+    free = [one for one in state.executions.held if state.hold_reason(one) is None]
+    for one in free:
+        state.executions.dispatch(one.actuator)
+    send(state, [(one.actuator, one.action) for one in free])
+    return free
+
+
+def take_back(state: State) -> None:
+    """Lets the next plan do without what is held, since a goal is cancelled.
+
+    The planner is no longer told that it is committed to that, and leaves out what no goal needs.
+    Where events are facts, it begins again with what it knew before the step, if nothing else has
+    happened in that. What is left counts as failed if it serves none but cancelled goals.
+    """
+    executions, planner = state.executions, state.planner
+    planner.end_avoiding()  # what has come since may need it
+    if not executions.held:
+        return
+    if not planner.events_are_facts:
+        opened = executions.open_to_change()
+        for action in opened:
+            state.externals.take_back(action.commit)
+        if planner.quality is None:  # else a plan has no action that serves nothing
+            for action in opened:
+                steps = [n for n in sorted(state.externals.grounded) if n >= action.step]
+                planner.avoid(action, steps, lambda: state.mail.inbox.closed)
+    elif _is_all_held(state) and beginning.can_begin_again(state):
+        executions.open_to_change()
+        beginning.begin_again(state)
+        return
+    for one in executions.held:
+        if not (one.is_open_to_change or one.pauses) and _serves_cancelled(state, one):
+            reject(state, one)
+
+
+def _is_all_held(state: State) -> bool:
+    """Whether in the current step, nothing has happened but that actions are held."""
+    of_step = [one for one in state.executions.ordered if one.acts]
+    if not all(one.is_held and one.is_open and not one.goes_on for one in of_step):
+        return False
+    slots = (*state.goals.slots, "commit", INFO)
+    happened = [atom for atom in state.externals.true if last_number(atom) == state.step]
+    return state.step > 0 and all(split_term(atom)[1][0] in slots for atom in happened)
+
+
+def _serves_cancelled(state: State, one: Execution) -> bool:
+    """Whether an action names a cancelled goal, or all goals are cancelled."""
+    cancelled = {goal.slot for goal in state.goals.open if goal.cancel_told}
+    is_all = all(goal.cancel_told for goal in state.goals.open)
+    return is_all or not cancelled.isdisjoint(split_term(one.action)[1])
+
+
+def withdraw(state: State, step: int) -> None:
+    """Forgets held actions that the plan after a cancel request does without.
+
+    One whose planner has begun again, and so has other steps, may be the next of its actuator.
+
+    Args:
+        state: What is known.
+        step: The step whose actions were just published.
+    """
+    state.planner.end_avoiding()
+    ahead = state.plan.actions_from(step)
+    for one in [one for one in state.executions.ordered if one.is_open_to_change]:
+        following = next((each for each in ahead if each.actuator == one.actuator), None)
+        if not one.acts and following is not None and following.name == one.action:
+            continue
+        state.executions.withdraw(one.actuator)
+        state.note(ActionWithdrawn(one.actuator, one.action))
+        state.goals.tell(f"withdrawn: {one.actuator} {one.action}")
+    let_go(state)
+
+
+def _meant(state: State, request: ControlArrived) -> List[Execution]:
+    """Returns the held actions that a request may be for."""
+    return [
+        one
+        for one in state.executions.held
+        if request.actuator in ("", one.actuator)
+        and request.action in ("", one.action)
+        and request.token in (0, one.number)
+    ]
+
+
+def _refusal(state: State, request: ControlArrived, held: Sequence[Execution]) -> Optional[str]:
+    """Returns why a request is refused; None if it is carried out."""
+    if not state.mail.dynamic:
+        return "the loop has ended, or its mode is static: it publishes a whole plan"
+    if request.control in _OF_ACTUATOR and (request.action or request.token) and not held:
+        if request.control is Control.HOLD and _is_planned(state, request):
+            return None
+        return _why_not_held(state, request)
+    if request.control not in _OF_ACTION:
+        return None
+    if not held:
+        return _why_not_held(state, request)
+    if request.control is Control.REJECT:
+        return None
+    if all(one.is_approved and not one.pauses for one in held):
+        named = " and ".join(f"{one.action} of {one.actuator}" for one in held)
+        return f"{named} is approved already"
+    return None
+
+
+def _is_planned(state: State, request: ControlArrived) -> bool:
+    """Whether an action is planned that is not committed yet, so that it has no token."""
+    named = (request.actuator, request.action)
+    ahead = [one for one in state.ahead() if one not in state.executions.published]
+    return not request.token and any((one.actuator, one.name) == named for one in ahead)
+
+
+def _why_not_held(state: State, request: ControlArrived) -> str:
+    """Returns why the action that a request names is not held."""
+    token = str(request.token or "")
+    name = " ".join(filter(None, (shorten(request.action), token)))
+    for one in state.executions.ordered:
+        if request.actuator not in ("", one.actuator) or request.action not in ("", one.action):
+            continue
+        named = f"{shorten(one.action)} of {shorten(one.actuator)}"
+        is_it = request.token in (0, one.held_as)
+        if is_it and one.is_rejected:
+            return f"{named} is not held any more: it was rejected"
+        if is_it and one.held_as and not one.is_held:
+            how = "was approved, and " if one.is_approved else ""
+            return f"{named} is not held any more: it {how}has begun"
+        if is_it and one.is_open and not one.is_held:
+            return f"{named} is not held: it has begun"
+        if not is_it and one.is_held and one.is_open:
+            return f"no action {request.token} is held any more; {named} is held as {one.number}"
+    of = f" of {shorten(request.actuator)}" if request.actuator else ""
+    return f"no action{f' {name}' if name else ''}{of} is held"
+
+
+def _apply(state: State, request: ControlArrived, held: Sequence[Execution]) -> bool:
+    """Changes what a request is for; returns whether that is news for the mode."""
+    word, actuator, executions = request.control, request.actuator, state.executions
+    if word is Control.REJECT:
+        is_news = False
+        for one in held:
+            executions.reject(one.actuator, state.ask_again)
+            if not one.is_open_to_change:  # else the next plan says whether it is planned at all
+                is_news |= state.mail.reject(one.actuator)
+        state.watchdog.look_soon()
+        return is_news
+    if word is Control.APPROVE:
+        for one in held:
+            executions.approve(one.actuator)
+            executions.end_pause(one.actuator)
+    elif word is Control.RETRY:
+        executions.end_pause(actuator)
+    elif word is Control.ASK:
+        executions.rejected.pop((actuator, request.action), None)
+    else:
+        state.interlock.apply(word, actuator)
+    if word is Control.HALT:
+        for one in executions.dispatched:
+            if one.acts and one.is_open:
+                publish_abort(state, one.actuator)
+    return False
+
+
+def _outcome(
+    state: State, request: ControlArrived, held: Sequence[Execution], begun: Sequence[Execution]
+) -> str:
+    """Returns what has followed from a request, in words."""
+    word = request.control
+    if word is Control.REJECT:
+        return f"rejected {_named(held)}: that counts as failed, and the planner plans anew"
+    if word is not Control.APPROVE:
+        said = [f"begun: {_named(begun)}"] if begun else []
+        acting = [one for one in state.executions.dispatched if one.acts and one.is_open]
+        acting = [one for one in acting if one not in begun and one.actuator not in _all(begun)]
+        if word in (Control.PAUSE, Control.HOLD):
+            going = [
+                one for one in acting if word is Control.PAUSE or one.actuator == request.actuator
+            ]
+            said += [f"goes on to its end: {_named(going)}"] if going else []
+        return "; ".join(said) or "nothing begins by that"
+    said = []
+    for one in held:
+        if one.actuator in _all(begun):
+            said.append(f"approved, and has begun: {_named([one])}")
+            continue
+        reason = state.hold_reason(state.executions.last[one.actuator])
+        why = _NO_APPROVAL.get(reason, str(reason)) if reason is not None else "it is planned anew"
+        said.append(f"approved, and does not begin yet: {_named([one])}; {why}")
+    return "; ".join(said)
+
+
+def _named(held: Sequence[Execution]) -> str:
+    return ", ".join(f"{shorten(one.action)} of {shorten(one.actuator)}" for one in held)
+
+
+def _all(executions: Sequence[Execution]) -> List[str]:
+    return [one.actuator for one in executions]
