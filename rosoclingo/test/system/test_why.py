@@ -112,6 +112,21 @@ def test_three_nodes(terminals: Terminals) -> None:
 
 
 @pytest.mark.costly
+def test_a_reason_that_took_too_long_is_looked_for_again(
+    terminals: Terminals, tmp_path: Path
+) -> None:
+    """With twice the time each time, until the goal is told; a client's question comes first."""
+    file = tmp_path / "waits.lp"
+    file.write_text(WAITS)
+    options = ("_why_seconds:=0.001", "_why_nice:=0")
+    node = terminals.start("rosrun", "rosoclingo", "run-1.0.py", "-f", str(file), *options)
+    feedback = terminals.listen("/rosoclingo", "/rosoclingo/feedback")
+    send(terminals, "there")
+    node.wait_for("there was no time for an answer within 0.001 s")
+    feedback.wait_for("why: There is no plan for there, whatever", PATIENCE)
+
+
+@pytest.mark.costly
 def test_one_node(terminals: Terminals, tmp_path: Path) -> None:
     """A goal is told why it waits; and a node ends while it is asked."""
     file = tmp_path / "waits.lp"

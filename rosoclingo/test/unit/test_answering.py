@@ -22,7 +22,7 @@ from rosoclingo.errors import QuestionError
 from rosoclingo.loop.values.snapshot import decode
 from rosoclingo.single.dialects import Dialect1, PaperDialect
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
-from rosoclingo.why.process import CLOSED, AnsweringProcess
+from rosoclingo.why.process import CANCELED, CLOSED, AnsweringProcess
 from rosoclingo.why.question import (
     MORE_TIME,
     Question,
@@ -172,6 +172,7 @@ def test_other_answers_that_are_none(tmp_path: Path) -> None:
     reply = read_reply(answer(pickle.dumps(task(seconds=0.0))))
     assert (reply.status, reply.structure) == (ReplyStatus.UNANSWERED, "")
     assert reply.text == f"there was no time for an answer within 0 s; {MORE_TIME}"
+    assert reply.is_late
     assert "~why_seconds" in MORE_TIME
     assert "~why_nice" in MORE_TIME
     lost = QuestionTask(Encoding(Options((str(tmp_path / "a.lp"),))), SITUATION, PLAN, PATIENCE)
@@ -321,6 +322,18 @@ def test_who_closes_it_need_not_wait(make: Callable[..., Asked]) -> None:
     thread.join(TIMEOUT)
     assert replies == [CLOSED]
     assert asked.ask(task()) == CLOSED
+    assert asked.warnings == []
+
+
+def test_a_question_is_cancelled_for_another_one(make: Callable[..., Asked]) -> None:
+    asked = make(f"connection.send_bytes(b'ready'); {HANGS}")
+    asked.cancel()  # nothing is asked
+    with ThreadPoolExecutor(1) as thread:
+        for _ in range(2):
+            reply = thread.submit(asked.ask, task())
+            wait_for(lambda: asked.cancel() or reply.done())
+            assert reply.result() == CANCELED
+            assert asked.pid is None
     assert asked.warnings == []
 
 

@@ -249,6 +249,27 @@ def test_a_search_in_layers_that_is_interrupted_is_kept_in_a_replay(
     replay_otherwise(make, recorded, 0)
 
 
+@pytest.mark.costly
+@pytest.mark.parametrize("mode", MODES)
+def test_searches_for_what_was_not_planned_in_time_are_kept_in_a_replay(
+    system: Make, mode: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No search finds a plan in time, and each for more does."""
+    monkeypatch.setattr(layers._OneByOne, "is_over", lambda search, begin: True)
+    monkeypatch.setattr(layers, "_AT_ONCE_SECONDS", 0.0)
+
+    def make(inbox: Inbox, *options: str) -> System:
+        name, steps = f"dynamic.incremental.{mode}", ("-c", "steps=400")
+        made = system(name, *steps, encoding=[*HOSPITAL, *options], inbox=inbox)
+        made.loop.state.planner.patience = AT_ONCE
+        return made
+
+    recorded = record(make(Inbox()), 3, LINEN, "unlocked(isolation)", 3)
+    ended = events(recorded, SearchEnded)
+    assert any(one.missing for one in ended if one.how is Ended.LAYERED)
+    replay_otherwise(make, recorded, 3, SearchEnded, PlanFound)
+
+
 ANY_OF_MANY = """
 #program base.
 rslot(1..4).

@@ -12,6 +12,11 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.values.atoms import Action
 
 DROPPED = "dropped a message: "
+TIME_IS_UP = (
+    "has used up its time, and nothing excludes a plan; -t N searches with more threads, and in a "
+    "running system it is looked for with more and more time"
+)
+"""Is said of goals for which no plan was found, though none was refuted."""
 
 
 @dataclass(frozen=True)
@@ -136,10 +141,11 @@ def reasons(
     ended = [goal for goal in simulation.goals if goal.status is journal.Status.ABORTED]
     said += [f"{g.request} was aborted: {g.reason}" for g in ended if g.reason != str(failure)]
     if failure is None and lost and not simulation.is_too_long:
-        said.append(
-            f"{requests}: not reached; {', '.join(simulation.silent)} never answers"
-            if simulation.silent
-            else f"{requests}: not reached; the plan has no action for it, with a horizon of "
-            f"{simulation.loop.state.horizon} steps"
-        )
+        horizon = simulation.loop.state.horizon
+        why = f"the plan has no action for it, with a horizon of {horizon} steps"
+        if simulation.silent:
+            why = f"{', '.join(simulation.silent)} never answers"
+        elif simulation.loop.state.planner.is_short:
+            why = f"planning {TIME_IS_UP}"
+        said.append(f"{requests}: not reached; {why}")
     return said

@@ -27,6 +27,8 @@ from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 
+_MOST_SECONDS = 40.0  # of work, that a plan may take for further goals; time stands still then
+
 
 class Request(Goal, GoalClient):
     """A goal that remembers what its client is told.
@@ -104,6 +106,7 @@ class System(Inbox, Environment):
         self._step = 0
         self._is_prepared = False
         self.loop = make(self, self, **parameters)
+        self.loop.state.planner.most_seconds = _MOST_SECONDS
 
     # What a subclass says.
 

@@ -1,6 +1,12 @@
-"""Anytime improvement: searches for a cheaper plan while the loop is idle."""
+"""Anytime improvement: searches for a plan that is cheaper, or grants more, while the loop is idle.
+
+No open goal is left to itself: as long as the plan has nothing for it, and it is not proven that
+there is no such plan, one is looked for, also while robots have nothing to do.
+"""
 
 from __future__ import annotations
+
+import math
 
 from rosoclingo.loop.monitor import Doing
 from rosoclingo.loop.search import take_plan
@@ -30,15 +36,20 @@ def improve(state: State) -> bool:
     outcome = state.planner.improve(state.step, lambda: is_called(state), horizon=state.horizon)
     if outcome is not None:
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
-        if not state.executions.published.issuperset(state.plan.actions(state.step)):
-            state.waiting.stop()  # they begin at once
+        begins = not state.executions.published.issuperset(state.plan.actions(state.step))
+        if begins or state.plan.last_actions(state.step, math.inf) > state.horizon:
+            state.waiting.stop()  # the mode has to ask for the rest of it
     state.show_plan()
     return True
 
 
 def _may_improve(state: State) -> bool:
-    """Whether a plan is being executed that may not be the best."""
-    if not (state.mail.inbox.improves and state.planner.may_improve):
+    """Whether the plan lacks something, or one is being executed that may not be the best."""
+    if not state.planner.may_improve:
+        return False
+    if state.planner.is_short:
+        return True
+    if not state.mail.inbox.improves:
         return False
     return state.shows_plan and bool(state.ahead()) and state.executions.pending_actions
 

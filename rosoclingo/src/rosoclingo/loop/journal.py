@@ -319,6 +319,7 @@ class SearchEnded(Event):
         horizon: That of the plan, if several horizons were searched in turn.
         grounded: The last step, or layer, that was grounded for that.
         granted: How many wishes the layers of the plan grant.
+        missing: How many it does not grant, though nothing excludes a plan that does.
     """
 
     how: Ended
@@ -328,6 +329,7 @@ class SearchEnded(Event):
     horizon: int = 0
     grounded: int = 0
     granted: int = 0
+    missing: int = 0
 
 
 @dataclass(frozen=True)
@@ -636,10 +638,12 @@ def _text(quality: Optional[Quality]) -> str:
 
 def _numbers(event: SearchEnded) -> str:
     numbers = [event.round]
-    if event.how in LOOKING_AHEAD or event.how is Ended.LAYERED:
+    if event.how in LOOKING_AHEAD or event.how is Ended.LAYERED or event.missing:
         numbers += [event.horizon, event.grounded]
-    if event.how is Ended.LAYERED:
+    if event.how is Ended.LAYERED or event.missing:
         numbers.append(event.granted)
+    if event.missing:
+        numbers.append(event.missing)
     return " ".join(map(str, numbers))
 
 

@@ -188,6 +188,7 @@ class State(Progress):
             correct=self._correct_arrivals,
             check=check,
             watchdog=self.watchdog,
+            is_short=lambda: self.planner.is_short,
         )
 
     def snapshot(self) -> StateSnapshot:

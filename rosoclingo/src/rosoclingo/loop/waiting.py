@@ -39,6 +39,7 @@ class Waiting:
         correct: Called now and then; tells clients what takes longer than they were told.
         check: Called now and then; raises an error if a solver went away.
         watchdog: Looks after the actuators.
+        is_short: Whether the plan lacks what takes more time to find.
         reminded: Whether the controller has been told that goals wait for the next step.
     """
 
@@ -52,6 +53,7 @@ class Waiting:
     correct: Callable[[], None]
     check: Callable[[], None]
     watchdog: ExecutionWatchdog
+    is_short: Callable[[], bool]
     reminded: bool = False
     _stops: bool = False
     _look_at: float = 0.0  # when it is time to look again
@@ -79,6 +81,8 @@ class Waiting:
             return
         if not (self.executions.pending_actions or mail.has_news):
             line = f"waiting in step {step}: the plan has no action for now"
+            if self.is_short():
+                line += ", as the time for planning was up; more is planned"
             told = self.goals.tell(line)
             if told:
                 self.environment.begin_to_wait(told)

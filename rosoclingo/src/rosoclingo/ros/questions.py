@@ -23,7 +23,7 @@ from rosoclingo.loop.state import State
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.srv import Why, WhyRequest, WhyResponse
-from rosoclingo.why.process import CLOSED, AnsweringProcess
+from rosoclingo.why.process import CANCELED, CLOSED, AnsweringProcess
 from rosoclingo.why.question import Question, QuestionKind, ReplyStatus, WhyReply, read
 from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import QuestionTask
@@ -31,6 +31,7 @@ from rosoclingo.why.task import QuestionTask
 _SECONDS_AT_END = 5.0  # how long goals wait for a reason before they end
 _HELD_UP = (QuestionKind.GOAL, QuestionKind.ACTION)  # what an operator may hold up
 _POLL_SECONDS = 0.05  # how often what waits looks whether the node is shutting down
+_MORE = 2.0  # the factor by which a reason has more time when it is looked for again
 
 
 class Questions:
@@ -58,8 +59,9 @@ class Questions:
         self._thread = ThreadPoolExecutor(1, "why")
         self._closed = threading.Event()
         self._noted: Optional[Tuple[str, str]] = None  # the last question with its answer
-        self._lock = threading.Lock()  # guards the next one
+        self._lock = threading.Lock()  # guards the next two
         self._wanted: Dict[Question, Tuple[Situation, Sequence[Goal]]] = {}  # without being asked
+        self._is_finding = False  # whether a reason is looked for that nobody has asked for
         self._reasons: Set[Future[None]] = set()  # of the loop's thread
         on_shutdown(self.close)
         self._service = rospy.Service("~why", Why, self._on_request)
@@ -89,7 +91,8 @@ class Questions:
             self._reasons -= wait(self._reasons, _POLL_SECONDS).done
             self._inbox.run_callbacks()
 
-    def _explain(self, question: Question, goals: Sequence[Goal]) -> None:
+    def _explain(self, question: Question, goals: Sequence[Goal], seconds: float = 0.0) -> None:
+        """Has a reason looked for; for longer than by default if that was too short before."""
         if not self._explains or self._closed.is_set():
             return
         with self._lock:
@@ -98,7 +101,16 @@ class Questions:
         if is_new:
             self._reasons = {reason for reason in self._reasons if not reason.done()}
             with contextlib.suppress(RuntimeError):  # the thread takes nothing any more
-                self._reasons.add(self._thread.submit(self._find_reason, question))
+                self._reasons.add(
+                    self._thread.submit(self._find_reason, question, seconds or self._seconds)
+                )
+
+    def _explain_again(self, question: Question, goals: Sequence[Goal], seconds: float) -> None:
+        """Has a reason looked for again, if there are goals that still wait for a plan."""
+        goals = [goal for goal in goals if not goal.ended]
+        is_executed = self._state.executions.pending_actions or bool(self._state.ahead())
+        if goals and not is_executed:
+            self._explain(question, goals, seconds)
 
     # Called by rospy's threads.
 
@@ -106,7 +118,10 @@ class Questions:
         try:
             question = read(request.question or QuestionKind.PLAN.value, request.arguments)
             due = time.monotonic() + self._seconds
-            reply = self._thread.submit(self._answer, question, due).result()
+            answer = self._thread.submit(self._answer, question, due)
+            while not wait([answer], _POLL_SECONDS).done:
+                self._hold_up_reason()
+            reply = answer.result()
         except QuestionError as err:
             reply = WhyReply(ReplyStatus.WRONG, str(err))
         except RuntimeError:  # the thread takes nothing any more
@@ -141,23 +156,41 @@ class Questions:
                     "to start, to ground or to decide; ask again"
                 )
                 return WhyReply(ReplyStatus.UNANSWERED, text)
-        reply = self._ask(question, situations[0])
+        reply = self._ask(question, situations[0], self._seconds)
         if reply.status is ReplyStatus.ANSWERED and question.kind in _HELD_UP:
             return replace(reply, text=" ".join((reply.text, *held)))
         return reply
 
-    def _find_reason(self, question: Question) -> None:
-        """Finds the reason why goals wait or have no plan, and tells it to them."""
+    def _hold_up_reason(self) -> None:
+        """Cancels the search for a reason, as a client waits; it is looked for again later."""
+        with self._lock:
+            if self._is_finding:
+                self._process.cancel()
+
+    def _find_reason(self, question: Question, seconds: float) -> None:
+        """Finds the reason why goals wait or have no plan, and tells it to them.
+
+        If there was no time for that, it is looked for again, for longer.
+        """
         with self._lock:
             situation, goals = self._wanted.pop(question)
-        reply = self._ask(question, situation)
+            self._is_finding = True
+        try:
+            reply = self._ask(question, situation, seconds)
+        finally:
+            with self._lock:
+                self._is_finding = False
         if reply.status is ReplyStatus.ANSWERED:
             rospy.loginfo("why: %s", reply.text)
             self._inbox.call_soon(lambda: _tell(goals, f"why: {reply.text}"))
-        elif reply is not CLOSED:
+            return
+        if reply not in (CLOSED, CANCELED):
             rospy.loginfo("why %s: %s", question, reply.text)
+        if reply.is_late or reply is CANCELED:
+            more = seconds * _MORE if reply.is_late else seconds
+            self._inbox.call_soon(lambda: self._explain_again(question, goals, more))
 
-    def _ask(self, question: Question, situation: Situation) -> WhyReply:
+    def _ask(self, question: Question, situation: Situation, seconds: float) -> WhyReply:
         """Forwards a question to the process, and adds the answer to the journal."""
         if self._closed.is_set():
             return CLOSED
@@ -166,12 +199,12 @@ class Questions:
             encoding = self._encodings.get()
         except (RosclingoError, OSError) as err:
             return WhyReply(ReplyStatus.UNANSWERED, str(err))
-        reply = self._process.ask(QuestionTask(encoding, situation, question, self._seconds))
+        reply = self._process.ask(QuestionTask(encoding, situation, question, seconds))
         asked = str(question.by_request(dict(situation.goals)))
         if reply.status is ReplyStatus.ANSWERED and self._noted != (asked, reply.text):
             self._noted = asked, reply.text
-            seconds = time.monotonic() - began
-            self._note(Explained(asked, reply.text, reply.structure, seconds))
+            took = time.monotonic() - began
+            self._note(Explained(asked, reply.text, reply.structure, took))
         return reply
 
     def _note(self, event: Event) -> None:

@@ -28,6 +28,9 @@ _LONGEST_REPLY = 2**26  # bytes
 CLOSED = WhyReply(ReplyStatus.UNANSWERED, "the node is shutting down")
 """The reply to a question that comes after :meth:`AnsweringProcess.close`."""
 
+CANCELED = WhyReply(ReplyStatus.UNANSWERED, "another question came first")
+"""The reply to a question that :meth:`AnsweringProcess.cancel` has ended."""
+
 
 class AnsweringProcess:
     """A worker process that answers one question after the other.
@@ -81,6 +84,12 @@ class AnsweringProcess:
         finally:
             self._ask_to(None)
 
+    def cancel(self) -> None:
+        """Ends the process if it computes an answer; the reply is CANCELED then. Thread-safe."""
+        with self._rest_lock:
+            if self._asked is not None:
+                self._asked.cancel()
+
     def _ask_to(self, child: Optional[_Child]) -> None:
         """Sets the process that computes an answer, and pauses it if that is wanted."""
         with self._rest_lock:
@@ -106,7 +115,8 @@ class AnsweringProcess:
             # The shortest ways: the node's other threads wait for this one.
             return read_reply(child.ask(pickle.dumps(task), task.seconds + self._seconds_more))
         except (OSError, EOFError, TypeError, ValueError) as err:
-            if old is not None and isinstance(err, (OSError, EOFError)) and not old.is_late:
+            is_ended = isinstance(err, (OSError, EOFError))
+            if old is not None and is_ended and not (old.is_late or old.is_canceled):
                 return self._ask_another(old, task)  # it was about to end when it was asked
             return self._give_up(child, err, task)
 
@@ -147,6 +157,8 @@ class AnsweringProcess:
             self._child = None
             if self._is_closed:
                 return CLOSED
+        if child is not None and child.is_canceled:
+            return CANCELED
         if child is None:
             reason = f"the process that answers cannot be started: {err}"
         elif child.is_late:
@@ -159,7 +171,8 @@ class AnsweringProcess:
         else:
             reason = f"the process that looks for the answer has ended{child.how()}"
         self._warn(f"why {task.question}: {reason}; the next question starts another one")
-        return WhyReply(ReplyStatus.UNANSWERED, reason)
+        is_late = child is not None and child.is_late
+        return WhyReply(ReplyStatus.UNANSWERED, reason, is_late=is_late)
 
 
 class _Child:
@@ -168,6 +181,7 @@ class _Child:
     Attributes:
         process: The process.
         is_late: Whether it was ended because it took too long.
+        is_canceled: Whether it was ended because nobody waits for its answer now.
     """
 
     def __init__(self, command: Sequence[str], nice: int) -> None:
@@ -182,7 +196,12 @@ class _Child:
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
                 start_new_session=True,  # so that it gives way, and Ctrl-C does not reach it
             )
-        self.is_late = False
+        self.is_late = self.is_canceled = False
+
+    def cancel(self) -> None:
+        """Ends the process, as nobody waits for its answer now."""
+        self.is_canceled = True
+        self.process.kill()
 
     def ask(self, message: Optional[bytes], seconds: float) -> bytes:
         """Sends a message, if there is one, and returns the next one that comes.

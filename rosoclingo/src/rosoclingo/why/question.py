@@ -127,15 +127,18 @@ class WhyReply:
         status: What has become of it.
         text: The answer in sentences; or why there is none.
         structure: The answer as JSON, with its atoms and plans; empty if there is none.
+        is_late: Whether there was no time for an answer.
     """
 
     status: ReplyStatus
     text: str
     structure: str = ""
+    is_late: bool = False
 
     def encode(self) -> bytes:
         """Encodes the reply, for :func:`read_reply`."""
-        return json.dumps([self.status.value, self.text, self.structure]).encode()
+        values = [self.status.value, self.text, self.structure, self.is_late]
+        return json.dumps(values).encode()
 
 
 def read_reply(message: bytes) -> WhyReply:
@@ -144,5 +147,5 @@ def read_reply(message: bytes) -> WhyReply:
     Raises:
         ValueError: It is none.
     """
-    status, text, structure = json.loads(message)
-    return WhyReply(ReplyStatus(status), str(text), str(structure))
+    status, text, structure, is_late = json.loads(message)
+    return WhyReply(ReplyStatus(status), str(text), str(structure), bool(is_late))

@@ -67,7 +67,8 @@ def answer(message: bytes) -> bytes:
         found = task.question.answer(explainer)
         reply = WhyReply(ReplyStatus.ANSWERED, found.text, encode(found))
     except InterruptedQuestionError as err:
-        reply = WhyReply(ReplyStatus.UNANSWERED, f"{err} within {task.seconds:g} s; {MORE_TIME}")
+        text = f"{err} within {task.seconds:g} s; {MORE_TIME}"
+        reply = WhyReply(ReplyStatus.UNANSWERED, text, is_late=True)
     except RosclingoError as err:
         reply = WhyReply(ReplyStatus.WRONG, str(err))
     except Exception as err:  # a bug, or clingo's; the next question may have an answer

@@ -20,7 +20,6 @@ wishes, and the others wait for news.
 from __future__ import annotations
 
 import contextlib
-import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Callable, Iterator, List, Optional, Sequence, Tuple
@@ -29,17 +28,20 @@ from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner.interleaving import Interleaving
+from rosoclingo.loop.planner.local_search import below
 from rosoclingo.loop.planner.neighbourhoods import Neighbourhood
 from rosoclingo.loop.planner.seeding import Seed
+from rosoclingo.loop.planner.work import Work
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.values.solver import Solver
 
 _LAYERS, _LAYERS_BEFORE, _LAYERS_WITH = "layers(", "layers_before(", "layers_with("
+_LAYERS_FIRST, _FIRST = "layers_first(", "first"
 _GRANTED = "granted("
 _ATTAINED = "ground(attained("
 _SPARE = 1  # layers that are grounded in advance, as that costs less than one by one
 _AT_ONCE_SECONDS = 0.05  # which each way to search has at first
 _ONE_BY_ONE_SECONDS = 0.2
+_FIRST_SECONDS = 1.0  # which the search has at first for what has waited long
 _LENGTHENING = 1.5
 _POLISH_SECONDS = 0.01
 _SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
@@ -61,17 +63,20 @@ class LayersState:
         grounded: The last layer that is grounded.
         is_decided: Whether it is known how many there are.
         goal: The external ``goal(K,N,I)`` that is true, if any is.
+        missing: How many wishes the plan does not grant, though it is not proven that none does.
     """
 
     search: int = 0
     grounded: int = 0
     is_decided: bool = False
     goal: str = ""
+    missing: int = 0
 
     def begin(self, search: int) -> None:
         """Forgets all for a new search."""
         self.search, self.grounded, self.goal = search, 0, ""
         self.is_decided = False
+        self.missing = 0
 
 
 @dataclass(frozen=True)
@@ -85,6 +90,7 @@ class WantedLayers:
         before: How many what is left of the plan before has; 0 if there is none.
         kept: How many wishes that grants.
         parts: The names of the parts that are grounded for each layer.
+        has_first: Whether some requests have waited long.
     """
 
     search: int
@@ -93,6 +99,7 @@ class WantedLayers:
     before: int = 0
     kept: int = 0
     parts: Tuple[str, ...] = ("layer", "goal")
+    has_first: bool = False
 
     @classmethod
     def of(cls, symbols: Sequence[str]) -> Optional[WantedLayers]:
@@ -106,7 +113,8 @@ class WantedLayers:
             before = list(_numbers(symbols, _LAYERS_BEFORE, 3)) or [[search, 0, 0]]
             more = (name for _, name in _terms(symbols, _LAYERS_WITH, 2))
             _, layers, kept = before[0]
-            return cls(search, least, wishes, layers, kept, ("layer", *more, "goal"))
+            has_first = any(text.startswith(_LAYERS_FIRST) for text in symbols)
+            return cls(search, least, wishes, layers, kept, ("layer", *more, "goal"), has_first)
         return None
 
 
@@ -122,12 +130,11 @@ class LayeredSearch:
         seed_planner: Another planner's program, which is asked for a plan; None for none.
     """
 
-    solver: Solver
+    solver: Work
     run: Callable[..., object]
     state: LayersState
     cost: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]]
     seed_planner: Optional[Path]
-    _grounding: float = 0.0  # seconds that it took to ground layers
 
     def wanted(self, symbols: Sequence[str]) -> Optional[WantedLayers]:
         """Returns the layers that an answer set needs and that are not decided yet."""
@@ -142,10 +149,11 @@ class LayeredSearch:
         """Does to the solver what a search did that has ended."""
         self._ask(wanted, ended.horizon, ended.granted, grounded=ended.grounded)
         self.state.is_decided = True
+        self.state.missing = ended.missing
 
     def keep(self, wanted: WantedLayers) -> None:
         """Takes as many layers as what is left of the plan before has."""
-        self._ask(wanted, wanted.before, wanted.kept)
+        self._ask(wanted, max(1, wanted.before), wanted.kept)
         self.state.is_decided = True
 
     def longer(self, wanted: WantedLayers, layers: int, wishes: int) -> Callable[[], bool]:
@@ -190,31 +198,33 @@ class LayeredSearch:
         same: Optional[wire.Assumption],
         seed: Seed,
     ) -> SearchEnded:
-        all_wishes = wanted.wishes
-        before = max(wanted.before, wanted.least)
-        kept: Optional[_Way] = None
-        turns = [(_Way(self, wanted, first=wanted.least, wishes=all_wishes), _AT_ONCE_SECONDS)]
-        one_by_one = _OneByOne(self, wanted, first=1, wishes=1)
-        if all_wishes > 1:
+        at_once = _Way(self, wanted, first=wanted.least, wishes=wanted.wishes)
+        one_by_one = _OneByOne(self, wanted)
+        turns: List[Tuple[_Way, float]] = [(at_once, _AT_ONCE_SECONDS)]
+        if wanted.wishes > 1:
             turns.append((one_by_one, _ONE_BY_ONE_SECONDS))
+        first: Optional[_Way] = None
+        kept: Optional[_Way] = None
+        if wanted.has_first and wanted.wishes > 1:
+            assumed = [wire.Assumption(f"{_FIRST}({wanted.search})", True)]
+            first = _Way(self, wanted, first=1, wishes=1, assumed=assumed)
+            turns.insert(0, (first, _FIRST_SECONDS))
         if same is not None and wanted.before:
-            kept = _Way(self, wanted, first=before, wishes=all_wishes, assumed=[same])
+            before = max(wanted.before, wanted.least)
+            kept = _Way(self, wanted, first=before, wishes=wanted.wishes, assumed=[same])
             turns.insert(0, (kept, _SAME_SECONDS))
-        begin = time.monotonic()
-        while turns and not one_by_one.is_over(begin, time.monotonic()):
+        begin = self.solver.seconds
+        while turns and not one_by_one.is_over(begin):
             way, seconds = turns.pop(0)
             if way is not kept:
                 seed.begin()
-            end = self._searched() + seconds
-
-            def is_over(end: float = end) -> bool:
-                is_late = self._searched() > end or time.monotonic() > begin + _MOST_SECONDS
-                return stopped() or is_late or seed.is_ready
-
-            while not (is_over() or way.is_through):
-                found = way.turn(is_over)
-                if found is not None:
-                    return self._ended(wanted, found, all_wishes)
+            found = self._take_turn(way, seconds, lambda: stopped() or seed.is_ready)
+            if found is not None and way is first:
+                found = one_by_one.go_on(found)
+                at_once.assume(one_by_one.assumed)
+                way.is_through = True
+            if found is not None:
+                return self._ended(wanted, found, wanted.wishes)
             if stopped():
                 return SearchEnded(Ended.CALLED)
             if not way.is_through:
@@ -222,14 +232,81 @@ class LayeredSearch:
             if seed.is_ready:
                 found = self._try_seed(wanted, seed, stopped)
                 if found is not None:
-                    return self._ended(wanted, found, all_wishes)
-        if one_by_one.partial is None:
-            return self._ended(wanted, SearchEnded(Ended.LAYERED, horizon=1), 0)
-        return self._ended(wanted, one_by_one.partial, one_by_one.granted)
+                    return self._ended(wanted, found, wanted.wishes)
+        granted = one_by_one.granted
+        partial = one_by_one.partial or SearchEnded(Ended.LAYERED, horizon=1)
+        is_refuted = at_once.is_through and not at_once.has_assumed
+        missing = wanted.wishes - granted
+        missing = 0 if is_refuted and missing == 1 else missing
+        return self._ended(wanted, partial, granted, missing)
 
-    def _searched(self) -> float:
-        """Returns what time it is on a clock that stands still while layers are grounded."""
-        return time.monotonic() - self._grounding
+    def find_more(
+        self,
+        wanted: WantedLayers,
+        stopped: Callable[[], bool],
+        *,
+        same: wire.Assumption,
+        seconds: float,
+    ) -> SearchEnded:
+        """Searches for a plan that grants more wishes than what is left of the one before.
+
+        It ends when all are granted; when told to stop; or when for a time no further wish was
+        granted. Then it says what was found until then.
+
+        Args:
+            wanted: What the encoding says of layers.
+            stopped: Whether the search has to end.
+            same: The assumption that the plan has what is left of the one before.
+            seconds: That time, in seconds of work.
+        """
+        one_by_one = _OneByOne(self, wanted)
+        if wanted.before:
+            _, left = self.attempt(
+                wanted, wanted.before, wanted.kept, stopped, seconds=seconds, assumed=[same]
+            )
+            if left is not None:
+                found = one_by_one.go_on(left)
+                if found is not None:
+                    return self._ended(wanted, found, wanted.wishes)
+        at_least = one_by_one.granted
+        free = _Way(self, wanted, first=wanted.least, wishes=at_least + 1)
+        turns: List[Tuple[_Way, float]] = [
+            (one_by_one, _ONE_BY_ONE_SECONDS), (free, _ONE_BY_ONE_SECONDS),
+        ]  # fmt: skip
+        if at_least + 1 < wanted.wishes:
+            turns.append(
+                (_Way(self, wanted, first=wanted.least, wishes=wanted.wishes), _AT_ONCE_SECONDS)
+            )
+        begin = self.solver.seconds
+        is_refuted = False
+        while turns and not (stopped() or one_by_one.is_late(begin, seconds)):
+            way, turn = turns.pop(0)
+            found = self._take_turn(way, turn, stopped)
+            if way is free and way.is_through and one_by_one.granted == at_least:
+                is_refuted = True
+                break
+            if way is free and found is not None:
+                found = one_by_one.go_on(found) if one_by_one.granted == at_least else None
+                way.is_through = True
+            if found is not None:
+                return self._ended(wanted, found, wanted.wishes)
+            if not way.is_through:
+                turns.append((way, turn * _LENGTHENING))
+        partial = one_by_one.partial or SearchEnded(Ended.LAYERED, horizon=1)
+        granted = one_by_one.granted
+        missing = 0 if is_refuted else wanted.wishes - max(granted, wanted.kept)
+        return self._ended(wanted, partial, granted, missing)
+
+    def _take_turn(
+        self, way: _Way, seconds: float, stopped: Callable[[], bool]
+    ) -> Optional[SearchEnded]:
+        """Searches in one way for a time, in seconds of work."""
+        end = self.solver.seconds + seconds
+        while not (stopped() or self.solver.seconds > end or way.is_through):
+            found = way.turn(stopped)
+            if found is not None:
+                return found
+        return None
 
     def _try_seed(
         self, wanted: WantedLayers, seed: Seed, stopped: Callable[[], bool]
@@ -248,11 +325,14 @@ class LayeredSearch:
                 return found
         return None
 
-    def _ended(self, wanted: WantedLayers, found: SearchEnded, granted: int) -> SearchEnded:
+    def _ended(
+        self, wanted: WantedLayers, found: SearchEnded, granted: int, missing: int = 0
+    ) -> SearchEnded:
         """Has so many wishes granted from now on, with the layers of a plan."""
         self._ask(wanted, found.horizon, granted)
         self.state.is_decided = True
-        return replace(found, grounded=self.state.grounded, granted=granted)
+        self.state.missing = missing
+        return replace(found, grounded=self.state.grounded, granted=granted, missing=missing)
 
     def attempt(
         self,
@@ -272,27 +352,29 @@ class LayeredSearch:
             layers: How many there are to be.
             wishes: How many wishes are to be granted.
             stopped: Whether it has to end.
-            seconds: How long it may take.
+            seconds: How long it may take, in seconds of work.
             assumed: What is assumed.
-            polish: How long to look for a cheaper plan when there is one.
+            polish: How long to look for a cheaper plan when there is one, likewise.
 
         Returns:
             The result, and the plan, if one was found.
         """
         self._ask(wanted, layers, wishes)
         found: List[wire.Improvement] = []
-        end = time.monotonic() + seconds
-
-        def improved(improvement: wire.Improvement) -> None:
-            nonlocal end
-            end = end if found else time.monotonic() + polish
-            found.append(improvement)
-
-        outcome = self.solver.solve(assumed, lambda: stopped() or time.monotonic() > end, improved)
+        limit = self.solver.limit(seconds)
+        outcome = self.solver.solve(
+            (*assumed, limit), lambda: stopped() or bool(found), found.append
+        )
         symbols = outcome.symbols or (found[-1].symbols if found else ())
         if not symbols:
             return outcome.result, None
         cost = self.cost(outcome, found)
+        if cost and polish and not stopped():
+            better: List[wire.Improvement] = []
+            bound, limit = wire.CostBound(below(cost)), self.solver.limit(polish)
+            outcome = self.solver.solve((*assumed, bound, limit), stopped, better.append)
+            if better:
+                cost, symbols = self.cost(outcome, better), outcome.symbols or better[-1].symbols
         quality = Quality(cost) if cost else None
         return wire.Result.SAT, SearchEnded(
             Ended.LAYERED, symbols, quality, horizon=layers, granted=wishes
@@ -326,9 +408,7 @@ class LayeredSearch:
                 commands.append(wire.AssignExternal(state.goal, wire.Truth.FALSE))
             commands.append(wire.AssignExternal(goal, wire.Truth.TRUE))
         if commands:
-            begin = time.monotonic()
             self.run(*commands)
-            self._grounding += time.monotonic() - begin
         state.grounded, state.goal = max(state.grounded, last), goal
 
 
@@ -337,9 +417,12 @@ class _Way:
 
     Attributes:
         is_through: Whether all of them are refuted.
+        assumed: What is assumed.
+        has_assumed: Whether that was added when some were refuted perhaps.
     """
 
     is_through = False
+    has_assumed = False
     _polish = 0.0
 
     def __init__(
@@ -354,8 +437,13 @@ class _Way:
         self._search = search
         self._wanted = wanted
         self._wishes = wishes
-        self._assumed = assumed
+        self.assumed = assumed
         self._begin(first)
+
+    def assume(self, assumed: Sequence[wire.Assumption]) -> None:
+        """Has further searches assume something."""
+        self.assumed = assumed
+        self.has_assumed = True
 
     def _begin(self, first: int) -> None:
         self._first = first
@@ -375,7 +463,7 @@ class _Way:
         offset = turn.horizon
         result, found = self._search.attempt(
             self._wanted, self._first + offset, self._wishes, stopped, seconds=turn.seconds,
-            assumed=self._assumed, polish=self._polish,
+            assumed=self.assumed, polish=self._polish,
         )  # fmt: skip
         if result is wire.Result.UNSAT:
             self._order.refute(offset)
@@ -396,26 +484,41 @@ class _OneByOne(_Way):
     _polish = _POLISH_SECONDS
     partial: Optional[SearchEnded] = None
     granted = 0
-    _last = 0.0  # when it has made progress, on the monotonic clock
+    _last = 0.0  # when it has made progress, on the clock of the work
+
+    def __init__(self, search: LayeredSearch, wanted: WantedLayers) -> None:
+        super().__init__(search, wanted, first=1, wishes=1)
 
     @staticmethod
     def _interleaving() -> Interleaving:
         return Interleaving(0, _MOST_LAYERS, width=6, growth=1.15, seconds=0.05, share=0.85)
 
-    def is_over(self, begin: float, now: float) -> bool:
-        """Tells whether searches take too long that began then."""
+    def is_over(self, begin: float) -> bool:
+        """Whether searches take too long that began then, so that the plan goes out as it is."""
         if self.partial is None:
-            return now > begin + _MOST_SECONDS
-        return now > self._last + max(self._last - begin, _MORE_SECONDS)
+            return self._now > begin + _MOST_SECONDS
+        return self._now > self._last + max(self._last - begin, _MORE_SECONDS)
+
+    def is_late(self, begin: float, seconds: float) -> bool:
+        """Whether it has made no progress for a time, in seconds of work, or since it began."""
+        return self._now > max(self._last, begin) + seconds
+
+    def go_on(self, found: SearchEnded) -> Optional[SearchEnded]:
+        """Goes on from a plan for some wishes; returns it if it is for all."""
+        return self._take(found)
+
+    @property
+    def _now(self) -> float:
+        return self._search.solver.seconds
 
     def _take(self, found: SearchEnded) -> Optional[SearchEnded]:
         granted = sum(n == str(found.horizon) for _, n, _ in _terms(found.symbols, _GRANTED, 3))
         if granted >= self._wanted.wishes:
             return found
         if any(symbol.startswith(_ATTAINED) for symbol in found.symbols):
-            self.partial, self.granted, self._last = found, granted, time.monotonic()
+            self.partial, self.granted, self._last = found, granted, self._now
         plan = Neighbourhood.of(found.symbols)
-        self._assumed = () if plan is None else plan.assumptions(frozenset())
+        self.assumed = () if plan is None else plan.assumptions(frozenset())
         self._wishes = max(granted, self._wishes) + 1
         self._begin(found.horizon)
         return None

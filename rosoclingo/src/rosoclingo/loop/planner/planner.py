@@ -18,6 +18,7 @@ from rosoclingo.loop.planner.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.planner.requests import Requests, read_externals
 from rosoclingo.loop.planner.searching import Searching, read_summary
 from rosoclingo.loop.planner.shortening import cheapen, shorten
+from rosoclingo.loop.planner.work import Clock, Work, WorkClock
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.added import (
     AVOIDS,
@@ -44,6 +45,8 @@ ONE_BY_ONE_SECONDS = 2.0
 _FOLLOW_SECONDS = 0.5  # how long it may take to find the rest of a plan again
 _PATIENCE = 1.0
 _FIRST = 0.01
+_MORE_SECONDS = 10.0  # of work, for which a plan for further wishes is looked for at first
+_MORE = 2.0  # the factor by which that is longer the next time
 
 
 @dataclasses.dataclass(frozen=True)
@@ -81,8 +84,9 @@ class PlannerState:
     _is_through: bool = False  # whether a search for a better plan has tried all
     _limited: int = 0  # the last step whose pauses can be limited
     _later: List[str] = field(default_factory=list)  # externals that are to be true
-    _avoided: int = 0  # how many externals for that there have been
+    _avoided: int = 0  # how many externals that forbid an action there have been
     _avoiding: List[str] = field(default_factory=list)  # those that are true
+    _more_seconds: float = _MORE_SECONDS  # how long it is looked for a plan for further wishes
 
 
 class Planner(PlannerState):
@@ -91,7 +95,10 @@ class Planner(PlannerState):
     Attributes:
         patience: After how many seconds an optimising search ends that has found a plan; 0 for
             never, DEFAULT_PATIENCE for what suits its encoding.
-        is_awaited: Whether no better plan is looked for while robots act.
+        is_awaited: Whether no better plan is looked for while robots act. Then ``patience`` counts
+            the solver's work in the place of time, so that the same plan is found each time.
+        most_seconds: For how long a plan for further wishes is looked for at most, in seconds of
+            work, until there is news.
         one_by_one_seconds: How long one horizon after the other is searched, without grounding
             on demand, until several take turns; 0 for always.
         recorded: Knows in a replay how searches end that depend on time.
@@ -108,10 +115,13 @@ class Planner(PlannerState):
     ) -> None:
         super().__init__()
         self._seed_planner = find_seed_planner(seed_planner)
-        self._solver = solver
-        self._requests = Requests(solver)
+        # A dialect's translation may be in between.
+        self._is_translated = bool(getattr(solver, "events_are_facts", False))
+        self._solver = Work(solver)
+        self._requests = Requests(self._solver)
         self.patience = patience
         self.is_awaited = False
+        self.most_seconds = math.inf
         self.one_by_one_seconds = one_by_one_seconds
         self._began: Optional[float] = None  # when it was first searched in this situation
         self.recorded = Recorded()
@@ -120,8 +130,6 @@ class Planner(PlannerState):
         self.missing: Callable[[str], None] = lambda _: None
         self._optional: Set[str] = set()  # externals that a mode has set
         self._has_threads: Optional[bool] = None  # None as long as that is not known
-        # A dialect's translation may be in between.
-        self._is_translated = bool(getattr(solver, "events_are_facts", False))
 
     @property
     def _limit(self) -> float:
@@ -304,6 +312,8 @@ class Planner(PlannerState):
             while self.demand.may_relax and outcome.result is wire.Result.UNSAT:
                 self.run(self.demand.begin_search(step, "search", "relax"))
                 outcome, self.quality = self._searching().find(stopped, self.quality)
+            if not self.is_short or self._more_seconds > self.most_seconds:
+                self._more_seconds = _MORE_SECONDS
             needed = needed_horizon(outcome.symbols) if self.demand else None
             if needed is None or outcome.result is not wire.Result.SAT:
                 return outcome
@@ -453,8 +463,15 @@ class Planner(PlannerState):
         return self.patience == DEFAULT_PATIENCE and not self.is_awaited
 
     @property
+    def is_short(self) -> bool:
+        """Tells whether the plan lacks what one may have that takes more time to find."""
+        return self.demand.improves and self.layers.missing > 0
+
+    @property
     def may_improve(self) -> bool:
         """Tells whether it is worth looking for a better plan than the one that stands."""
+        if self.is_short:
+            return not self._is_through
         if self.demand:
             is_best = self.quality is None or self.quality.is_best
             return self._limit > 0 and self.demand.improves and not (is_best or self._is_through)
@@ -471,6 +488,8 @@ class Planner(PlannerState):
         it is known what the plan costs that stands. And for a plan beyond the shortest horizon, in
         whose place a shorter one comes, or a cheaper one, if its encoding minimises. What was
         published stays in the plan. If it is not told of a better one, the plan stands as it was.
+        If the plan is short, one is better that grants more, and is looked for with more work each
+        time.
 
         Args:
             step: The current step.
@@ -486,11 +505,19 @@ class Planner(PlannerState):
         if not self.demand:
             return self._improve_plain(step, horizon, stopped)
         self.run(self.demand.begin_search(step, "search", "improve"))
-        ended, better = self._searching().improve(stopped)
+        seconds = self._more_seconds if self.is_short else 0.0
+        ended, better = self._searching().improve(stopped, seconds=seconds)
         self.quality = ended.quality
         if ended.how is not Ended.NOTHING:
             self._kept = None
-        self._is_through = ended.how is Ended.AS_BEFORE and not stopped()
+        is_in_vain = ended.how is Ended.AS_BEFORE and not stopped()
+        if seconds:
+            self._is_through = ended.how is Ended.NOTHING
+            if is_in_vain:
+                self._is_through = seconds * _MORE > self.most_seconds
+                self._more_seconds = seconds * _MORE
+        else:
+            self._is_through = is_in_vain
         return better
 
     def _improve_plain(
@@ -537,12 +564,13 @@ class Planner(PlannerState):
             self.run,
             patience=self._limit,
             first=_FIRST if self._is_hasty else None,
-            awaits_layers=self.patience > 0,
+            awaits_layers=self.patience > 0 or (self.is_awaited and self._limit > 0),
             neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,
             note=self.note,
             layers=self.layers,
             seed_planner=self._seed_planner,
+            clock=WorkClock(self._solver) if self.is_awaited else Clock(),
             is_late=is_late,
             varies=self._varies,
         )

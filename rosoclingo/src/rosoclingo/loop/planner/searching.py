@@ -8,7 +8,6 @@ of searching.
 from __future__ import annotations
 
 import dataclasses
-import time
 from pathlib import Path
 from typing import Any, Callable, List, Optional, Sequence, Tuple
 
@@ -25,6 +24,7 @@ from rosoclingo.loop.planner.neighbourhoods import (
     is_restricted,
     says_choices,
 )
+from rosoclingo.loop.planner.work import Clock, Work, read_statistics
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo.loop.values.solver import Solver
@@ -54,12 +54,13 @@ class Searching:
         note: Called with how it has ended, likewise.
         layers: What is known of the layers of its plans.
         seed_planner: Another planner's program, which is asked for first plans in layers.
+        clock: What ``patience`` is measured by.
         is_late: Whether a search without an answer set has to end, though nothing has come.
         varies: Whether which answer set the solver finds is up to chance, or to searches that time
             has ended; asked after a search.
     """
 
-    solver: Solver
+    solver: Work
     demand: Demand
     run: Callable[..., object]
     patience: float
@@ -70,6 +71,7 @@ class Searching:
     note: Callable[[SearchEnded], None]
     layers: LayersState
     seed_planner: Optional[Path]
+    clock: Clock
     is_late: Callable[[], bool]
     varies: Callable[[], bool]
 
@@ -150,12 +152,16 @@ class Searching:
             f"last for {shorten(str(parts[0]))}: does it ever stop asking?"
         )
 
-    def improve(self, stopped: Callable[[], bool]) -> Tuple[SearchEnded, Optional[wire.Outcome]]:
+    def improve(
+        self, stopped: Callable[[], bool], *, seconds: float = 0.0
+    ) -> Tuple[SearchEnded, Optional[wire.Outcome]]:
         """Looks for a better plan than the one that stands.
 
         Args:
             stopped: Whether it has to end, once it is known what that one costs; what it has found
                 is taken then, or chosen, so that the next search completes it.
+            seconds: If the one that stands does not grant all wishes: how long one that grants
+                more is looked for, in seconds of work; else 0.
 
         Returns:
             How it has ended, and the better plan; None if none was found.
@@ -163,8 +169,12 @@ class Searching:
         Raises:
             PlannerError: The encoding asks for what there is not.
         """
-        ended = self.recorded.search_due(*IMPROVING) or self._look_for_better(stopped)
+        ended = self.recorded.search_due(*IMPROVING)
+        if ended is None:
+            look = self._look_for_more(stopped, seconds) if seconds else None
+            ended = look or self._look_for_better(stopped)
         self.note(ended)
+        self.layers.missing = ended.missing
         if ended.how is Ended.NOTHING:
             return ended, None
         is_chosen = ended.how is Ended.CHOSEN
@@ -237,6 +247,26 @@ class Searching:
         symbols = outcome.symbols or found[-1].symbols
         return SearchEnded(Ended.BETTER, symbols, Quality(better, bound))
 
+    def _look_for_more(self, stopped: Callable[[], bool], seconds: float) -> Optional[SearchEnded]:
+        """Searches for a plan in layers that grants more wishes than the rest of the one before.
+
+        Returns:
+            How it has ended: also if that has granted none, with the rest of the plan; None if it
+            has no layers.
+        """
+        wanted = self._layered.wanted(self.solver.solve().symbols)
+        if wanted is None:
+            return None
+        same = self._same()
+        found = self._layered.find_more(wanted, stopped, same=same, seconds=seconds)
+        if found.granted > wanted.kept:
+            return SearchEnded(Ended.BETTER, found.symbols, found.quality, missing=found.missing)
+        self._layered.keep(wanted)
+        outcome = self.solver.solve((same,) if wanted.before else ())
+        if outcome.result is not wire.Result.SAT:
+            return SearchEnded(Ended.NOTHING, missing=found.missing)
+        return SearchEnded(Ended.AS_BEFORE, outcome.symbols, missing=found.missing)
+
     def _keep_layers(self) -> bool:
         """Sets the layers to those that the rest of the plan has, if there is any."""
         wanted = self._layered.wanted(self.solver.solve().symbols)
@@ -302,7 +332,8 @@ class Searching:
         """Searches for as long as is allowed; ``interrupted`` is set if that was too short."""
         found: List[wire.Improvement] = []
         limit = self.patience if not self.recorded.knows_searches else 0.0
-        begin = time.monotonic()
+        now = self.clock.now
+        begin = now()
         end = begin + limit
         is_stopped = False
 
@@ -310,14 +341,14 @@ class Searching:
             nonlocal is_stopped
             is_stopped = is_stopped or stopped()
             has_plan = bool(limit and (found or best))
-            is_over = has_plan and time.monotonic() > end
+            is_over = has_plan and now() > end
             return is_stopped or is_over or (not found and self.is_late())
 
         def has_to_end_first() -> bool:
-            return has_to_end() or bool(limit and found and says_choices(found[-1].symbols))
+            return has_to_end() or bool(limit and found and self._goes_on(found[-1].symbols))
 
         if limit and compares:
-            allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)
+            allowed, end = end, max(end, now() + _SAME_SECONDS)
             outcome = self.solver.solve((self._same(),), has_to_end_first, found.append)
             end = allowed
             if is_constructed(outcome.symbols):
@@ -325,7 +356,7 @@ class Searching:
             best = self._incumbent(outcome, found)
             found.clear()
         bound: Tuple[int, ...] = ()
-        if best is None or not says_choices(best.symbols):
+        if best is None or not self._goes_on(best.symbols):
             outcome = self.solver.solve((), has_to_end_first, found.append)
             if is_constructed(outcome.symbols) and self.demand.improves:
                 return dataclasses.replace(outcome, interrupted=True), Quality(())
@@ -339,10 +370,12 @@ class Searching:
             bound = self._bound()
             best = self._incumbent(outcome, found, best)
         assert best is not None
-        if says_choices(best.symbols) and (self.awaits_layers or not self.demand.has_layers):
+        if self._goes_on(best.symbols) and (self.awaits_layers or not self.demand.has_layers):
             if self.first is not None:
                 end = min(end, begin + self.first)
-            best = self._local_search().descend(best, has_to_end, lengthen=self._lengthen)
+            best = self._local_search().descend(
+                best, has_to_end, until=end, lengthen=self._lengthen
+            )
             if is_stopped:
                 return wire.Outcome(wire.Result.UNKNOWN, interrupted=True), None
             bound = () if is_restricted(best.symbols) else bound
@@ -354,8 +387,13 @@ class Searching:
         outcome = wire.Outcome(wire.Result.SAT, interrupted=True, symbols=best.symbols)
         return outcome, Quality(best.cost, bound)
 
+    def _goes_on(self, symbols: Sequence[str]) -> bool:
+        """Whether a first plan is improved by searches of their own: by parts, or within limits."""
+        is_limited = not self.clock.is_seen and WantedLayers.of(symbols) is None
+        return says_choices(symbols) or is_limited
+
     def _local_search(self) -> LocalSearch:
-        return LocalSearch(self.solver, self.neighbourhoods, self.cost)
+        return LocalSearch(self.solver, self.neighbourhoods, self.cost, self.clock)
 
     def _incumbent(
         self,
@@ -386,8 +424,5 @@ class Searching:
 
 
 def read_summary(solver: Solver, name: str) -> Any:
-    """Returns a value of clingo's statistics about the last search; None if there is none."""
-    for answer in solver.run([wire.GetStats()]).answers:
-        if isinstance(answer, wire.Stats):
-            return answer.values.get("summary", {}).get(name)
-    return None
+    """Returns a value of clingo's summary of the last search; None if there is none."""
+    return read_statistics(solver).get("summary", {}).get(name)

@@ -138,7 +138,7 @@ class Plan:
         steps = sorted(other for other in self._actions if other >= step)
         return [action for other in steps for action in self._actions[other]]
 
-    def last_actions(self, step: int, horizon: int) -> int:
+    def last_actions(self, step: int, horizon: float) -> int:
         """Returns the last step with actions from a step up to a horizon; the step without any."""
         return max((other for other in self._actions if step < other <= horizon), default=step)
 
