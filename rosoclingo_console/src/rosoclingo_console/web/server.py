@@ -53,6 +53,7 @@ class Server:
     Attributes:
         asked: Called with aiohttp's protocol of the connection by which a request has come.
         answered: Likewise, when the request was handled.
+        trusted: Likewise, when the token has come.
     """
 
     def __init__(
@@ -77,6 +78,7 @@ class Server:
         self._files = read_files()
         self.asked: Callable[[Any], None] = lambda _: None
         self.answered: Callable[[Any], None] = lambda _: None
+        self.trusted: Callable[[Any], None] = lambda _: None
         self._calls = 0
         self._threads = ThreadPoolExecutor(_MOST_CALLS, "operator")
 
@@ -85,6 +87,8 @@ class Server:
 
         async def guard(request: web.Request, handler: _Handler) -> web.StreamResponse:
             self.asked(request.protocol)
+            if self._access.is_token(_token(request)):
+                self.trusted(request.protocol)
             try:
                 return await self._guard(request, handler)
             finally:
@@ -131,7 +135,9 @@ class Server:
     async def _on_live(self, request: web.Request) -> web.StreamResponse:
         if not self._is_from_here(request):
             return _refusal(403, "only the page of this server may ask for that")
-        return await channel.serve(self._hub, self._access, request, self._operations.about())
+        return await channel.serve(
+            self._hub, self._access, request, self.trusted, self._operations.about()
+        )
 
     async def _on_metrics(self, request: web.Request) -> web.StreamResponse:
         if not self._access.may_see(_token(request)):
