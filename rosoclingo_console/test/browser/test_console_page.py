@@ -125,6 +125,31 @@ def equal_warnings(browser: Browser, shown: Shown) -> None:
 
 
 @pytest.mark.costly
+def test_a_refused_request_stays_in_the_form(browser: Browser, shown: Shown) -> None:
+    node = shown.start_system()
+    browser.show(shown.start_console())
+    browser.sees("waits", "#systems")
+    field = browser.driver.find_element(By.ID, "request-text")
+    browser.type("request-more", "a book", end="")
+    for text in ("fly(3)", "visit(77"):
+        browser.type("request-text", text)
+        browser.sees(f"Ask for {text}: rejected: ", "#said.bad")
+        assert field.get_attribute("value") == text
+    browser.request("visit(3)")
+    browser.sees("accepted, in slot 1", "#said")
+    browser.sees("acts", "#actuators .badge")
+    browser.type("request-more", "a book", end="")
+    browser.request("visit(4)")  # which is decided on when the robot has answered
+    browser.sees("not decided on yet", "#said")
+    node.interrupt()
+    browser.sees("Ask for visit(4): ", "#said.bad")
+    assert field.get_attribute("value") == "visit(4)"
+    more = browser.driver.find_element(By.ID, "request-more")
+    assert more.get_attribute("value") == "a book"
+    assert not browser.complaints()
+
+
+@pytest.mark.costly
 def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
     """Cancel, reject, filter, halt, and a recording."""
     shown.start_system("_ask_before:=go(3)")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Dict, List, Sequence
+from typing import Any, Dict, List, Sequence, Tuple
 
 import pytest
 
@@ -102,6 +102,31 @@ def test_a_goal_from_its_arrival_to_its_end(run: Run) -> None:
     assert (goal["status"], goal["reason"], goal["expected"]) == ("canceled", "because", None)
     assert goal["ended"] - goal["came"] == 3.0
     assert run.row("run", "run")["open"] == 0
+
+
+def test_what_has_become_of_a_goal(run: Run) -> None:
+    def fate() -> Tuple[str, bool, bool]:
+        found = run.model.goals.fate("g")
+        assert found is not None
+        return found.text, found.is_refused, found.canceling
+
+    assert run.model.goals.fate("g") is None
+    run.hear(journal.GoalArrived("g", "visit(3)"))
+    assert fate() == ("", False, False)
+    run.model.tell_goal("g", "queued 2")
+    assert fate() == ("queued, place 2", False, False)
+    run.hear(journal.StatusSet("g", Status.ACCEPTED, "1"))
+    run.hear(journal.CancelArrived("g"))
+    assert fate() == ("accepted, in slot 1", False, True)
+    run.hear(journal.StatusSet("g", Status.ABORTED, "1", "no way"))
+    assert fate() == ("aborted: no way", True, True)
+    for status, reason, text in (
+        (Status.REJECTED, "no such cell", "rejected: no such cell"),
+        (Status.CANCELED, "", "cancelled"),
+        (Status.SUCCEEDED, "as asked", "succeeded"),
+    ):
+        run.hear(journal.StatusSet("g", status, "", reason))
+        assert fate()[0] == text
 
 
 def test_only_the_last_goals_that_have_ended_are_kept(run: Run) -> None:
