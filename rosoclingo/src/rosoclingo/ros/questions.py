@@ -156,6 +156,7 @@ class Questions:
             self._inbox.call_soon(lambda: _tell(goals, f"why: {reply.text}"))
         elif reply is not CLOSED:
             rospy.loginfo("why %s: %s", question, reply.text)
+            self._inbox.call_soon(lambda: _tell(goals, f"no reason found yet: {reply.text}"))
 
     def _ask(self, question: Question, situation: Situation) -> WhyReply:
         """Forwards a question to the process, and adds the answer to the journal."""

@@ -16,6 +16,7 @@ _QUEUED = re.compile(r"queued (\d{1,9})")
 _WHY = "why: "
 _LATE = "late by "
 _NO_PLAN = "no plan "
+_NO_REASON = "no reason found yet: "
 _WAITING = "waiting in step "
 _NO_ACTION = "the plan has no action for it now"
 _EXPECTED = "expected in "
@@ -61,6 +62,7 @@ class GoalRow:
         canceling: Whether somebody wants it cancelled.
         line: The last line of feedback that is none of the others.
         why: Why it waits or has no plan; until that is known, that it does.
+        unexplained: Why the last search for that reason has found none; empty if none has ended so.
         late: By how much it will be late, as ``12 s``; empty if it says nothing of that.
     """
 
@@ -76,6 +78,7 @@ class GoalRow:
     canceling: bool = False
     line: str = ""
     why: str = ""
+    unexplained: str = ""
     late: str = ""
 
 
@@ -127,15 +130,17 @@ class GoalTable:
         if queued:
             goal.place = int(queued[1]) if not goal.slot else 0
         elif line.startswith(_WHY):
-            goal.why = line[len(_WHY) :]
+            goal.why, goal.unexplained = line[len(_WHY) :], ""
+        elif line.startswith(_NO_REASON):
+            goal.unexplained = line[len(_NO_REASON) :]
         elif line.startswith(_NO_PLAN):
-            goal.why = line
+            goal.why, goal.unexplained = line, ""
         elif line.startswith(_LATE):
             goal.late = line[len(_LATE) :]
         elif not line.startswith(_EXPECTED):  # the plan says that of all goals, and the time
             goal.line = line
             if line.startswith("plan "):  # another one, so that what was said before is old
-                goal.why = ""
+                goal.why = goal.unexplained = ""
             elif line.startswith(_WAITING):
                 goal.why = goal.why or _NO_ACTION
 
