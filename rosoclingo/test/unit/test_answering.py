@@ -331,7 +331,7 @@ def test_a_question_is_cancelled_for_another_one(make: Callable[..., Asked]) -> 
     with ThreadPoolExecutor(1) as thread:
         for _ in range(2):
             reply = thread.submit(asked.ask, task())
-            wait_for(lambda: asked.cancel() or reply.done())
+            wait_for(lambda reply=reply: asked.cancel() or reply.done())
             assert reply.result() == CANCELED
             assert asked.pid is None
     assert asked.warnings == []

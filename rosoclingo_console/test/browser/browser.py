@@ -7,7 +7,7 @@ import re
 import shutil
 import time
 from pathlib import Path
-from typing import Any, Callable, Iterator, List, Optional
+from typing import Any, Callable, Iterator, List, Optional, Sequence
 
 import axe_core_python
 from selenium import webdriver
@@ -166,10 +166,19 @@ class Shown:
 
     def start_system(self, *parameters: str) -> Terminal:
         """Starts the node; its actions wait for :meth:`answer`."""
-        line = package("rosoclingo") / "example" / "line.lp"
+        return self.start_planner([package("rosoclingo") / "example" / "line.lp"], *parameters)
+
+    def start_fleet(self, *parameters: str) -> Terminal:
+        """Starts a node with two mailbots, r1 and r2."""
+        mailbot = package("rosoclingo_aspprograms") / "mailbot"
+        files = [mailbot / "instances" / "fleet_2.lp", mailbot / "mailbot.lp"]
+        return self.start_planner(files, *parameters)
+
+    def start_planner(self, files: Sequence[Path], *parameters: str) -> Terminal:
+        """Starts the node with an encoding."""
         return self.terminals.start(
-            "rosrun", "rosoclingo", "run-1.0.py", "-f", str(line), "_why_nice:=0",
-            "_why_seconds:=600", *parameters,
+            "rosrun", "rosoclingo", "run-1.0.py", *(f"--file={one}" for one in files),
+            "_why_nice:=0", "_why_seconds:=600", *parameters,
         )  # fmt: skip
 
     def start_bag(self, bag: Path) -> str:

@@ -125,6 +125,31 @@ def equal_warnings(browser: Browser, shown: Shown) -> None:
 
 
 @pytest.mark.costly
+def test_a_refused_request_stays_in_the_form(browser: Browser, shown: Shown) -> None:
+    node = shown.start_system()
+    browser.show(shown.start_console())
+    browser.sees("waits", "#systems")
+    field = browser.driver.find_element(By.ID, "request-text")
+    browser.type("request-more", "a book", end="")
+    for text in ("fly(3)", "visit(77"):
+        browser.type("request-text", text)
+        browser.sees(f"Ask for {text}: rejected: ", "#said.bad")
+        assert field.get_attribute("value") == text
+    browser.request("visit(3)")
+    browser.sees("accepted, in slot 1", "#said")
+    browser.sees("acts", "#actuators .badge")
+    browser.type("request-more", "a book", end="")
+    browser.request("visit(4)")  # which is decided on when the robot has answered
+    browser.sees("not decided on yet", "#said")
+    node.interrupt()
+    browser.sees("Ask for visit(4): ", "#said.bad")
+    assert field.get_attribute("value") == "visit(4)"
+    more = browser.driver.find_element(By.ID, "request-more")
+    assert more.get_attribute("value") == "a book"
+    assert not browser.complaints()
+
+
+@pytest.mark.costly
 def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
     """Cancel, reject, filter, halt, and a recording."""
     shown.start_system("_ask_before:=go(3)")
@@ -197,6 +222,73 @@ def test_nothing_can_be_done_with_a_run_without_contact(browser: Browser, shown:
     wait_for(lambda: not any(button.is_enabled() for button in browser.find(acting)))
     for css in ("#actuators button", "#goals li.open button", "#plan button"):
         assert browser.find(css)
+    is_as_it_was(browser, "no contact to /rosoclingo since")
+
+
+def is_as_it_was(browser: Browser, words: str) -> None:
+    """Says that what is shown is over, and when; no time goes by there."""
+    browser.sees(words, "#link .badge.bad")
+    browser.sees("what is shown is how it was", "#link")
+    looks = "return getComputedStyle(document.getElementById('actuators')).filter"
+    assert browser.run(looks) == "grayscale(1)"
+    times = browser.driver.execute_async_script(
+        "const done = arguments[0]; import('/page/store.js').then(({ now, stopped, state }) =>"
+        "done([now(), stopped(), state.beat.now]))"
+    )
+    assert times[0] == times[1]
+    browser.sees("acts", "#actuators .badge")
+
+
+@pytest.mark.costly
+def test_a_run_that_has_ended_is_shown_as_it_was(browser: Browser, shown: Shown) -> None:
+    node = shown.start_system()
+    browser.show(shown.start_console())
+    browser.request("visit(3)")
+    browser.sees("acts", "#actuators .badge")
+    node.interrupt()
+    is_as_it_was(browser, "/rosoclingo has ended at")
+    shown.start_system()
+    browser.sees("live", "#link .badge.good")
+    browser.request("visit(3)")
+
+
+@pytest.mark.costly
+def test_a_robot_that_is_left_out(browser: Browser, shown: Shown) -> None:
+    """It has answered that it is unknown what it has done, until it is told where it is."""
+    shown.start_fleet()
+    browser.show(shown.start_console())
+    known = "return document.querySelectorAll('#messages option').length"
+    wait_for(lambda: browser.run(known))
+    browser.request("bring(o1,o2)")
+    browser.sees("acts", "#actuators .badge")
+    (row, *_) = browser.find("#actuators li", "▶")
+    robot, action = (row.find_element(By.CSS_SELECTOR, css).text for css in ("b", ".what"))
+    shown.say(robot, "unknown")
+    browser.sees(f"{robot} has answered unknown to {action}", "#attention")
+    browser.sees(f"left out until it is told where it is: info:at({robot},PLACE)", "#attention")
+    browser.sees("left out", "#actuators .badge.warn")
+    (place, *_) = browser.run(
+        "return [...document.querySelectorAll('#messages option')].map((one) => one.value)"
+        f".filter((one) => one.startsWith('info:at({robot},'))"
+    )
+    browser.type("message-text", place)
+    browser.sees_no("left out", "#attention")
+    browser.sees_no("left out", "#actuators .badge")
+
+
+@pytest.mark.costly
+def test_a_reason_that_is_not_found_in_time(browser: Browser, shown: Shown) -> None:
+    """The page says what can be done."""
+    shown.start_fleet("_why_seconds:=0.001")
+    browser.show(shown.start_console())
+    browser.sees("waits", "#systems")
+    browser.type("message-text", "info:blocked(c1,o1)")
+    browser.sees("info says blocked(c1,o1)", "#lines li.message")
+    browser.request("bring(o1,o2)")
+    for css in ("#attention", "#goals li.open .reason"):
+        browser.sees("No reason found yet: ", css)
+        browser.sees("~why_seconds gives it more time", css)
+        browser.sees("Why? looks for it again", css)
 
 
 @pytest.mark.costly
@@ -233,7 +325,8 @@ def test_nothing_of_messages_runs(browser: Browser, shown: Shown) -> None:
     shown.terminals.publish("/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal", text)
     shown.say("info", HOSTILE)
     shown.say(HOSTILE, HOSTILE)
-    browser.request(f"visit({HOSTILE})")
+    browser.type("request-text", f"visit({HOSTILE})")
+    browser.sees("rejected", "#said.bad")
     for css in ("#goals li", "#lines li.goal", "#lines li.message"):
         browser.sees("<img src=x onerror=hacked=1>", css)
     assert not browser.run("return window.hacked")

@@ -145,10 +145,10 @@ def test_an_operator_with_a_page(terminals: Terminals) -> None:
             await page.until(lambda: page.rows("known")["known"]["requests"])
             assert "visit(3)" in page.rows("known")["known"]["requests"]
             assert "info:close(3)" in page.rows("known")["known"]["messages"]
-            sent = (True, "sent to /rosoclingo")
             for _ in range(2):  # the same message is another one
                 await page.until(lambda: page.run()["state"] == "waits")
-                assert await page.do("message", message="info:open(4)") == sent
+                message = await page.do("message", message="info:open(4)")
+                assert message == (True, "sent to /rosoclingo")
             done, text = await page.do("message", message="info:close(9)")
             assert (done, text.partition(";")[0]) == (
                 False, "dropped: the planner's encoding declares no such event",
@@ -156,7 +156,8 @@ def test_an_operator_with_a_page(terminals: Terminals) -> None:
             await page.until(lambda: "close(9)" in str(page.run()["dropped"]))
             assert await page.do("control", control="pause") == (True, "paused")
             await page.until(lambda: page.run()["paused"])
-            assert await page.do("goal", request="visit(3)", information=["a book"]) == sent
+            accepted = (True, "accepted, in slot 1")
+            assert await page.do("goal", request="visit(3)", information=["a book"]) == accepted
             await page.until(lambda: page.robot("held") and page.rows("goals"))
             (goal,) = page.rows("goals").values()
             assert (goal["request"], goal["information"]) == ("visit(3)", ["a book"])
@@ -191,13 +192,33 @@ def test_who_comes_late_and_the_end(terminals: Terminals) -> None:
     async def check() -> None:
         async with link.open() as page:
             await page.until(lambda: page.run().get("connected"))
-            assert (await page.do("goal", request="visit(3)"))[0]
-            await page.until(lambda: page.robot("action") == "go(2)" and page.rows("goals"))
+            for request in ("fly(", "visit(77", "fly(3)"):
+                done, text = await page.do("goal", request=request)
+                assert not done
+                assert re.match("rejected: .+", text), text
+            await page.until(lambda: len(page.rows("goals")) == 3)
+            (ended, *_) = page.rows("goals")
+            done, text = await page.do("cancel", goal=ended)
+            assert not done
+            assert re.match("the goal has ended already: rejected: .+", text), text
+            assert await page.do("cancel", goal="other") == (
+                False, "/rosoclingo has no open goal other",
+            )  # fmt: skip
+            assert await page.do("goal", request="visit(3)") == (True, "accepted, in slot 1")
+            await page.until(lambda: page.robot("action") == "go(2)")
             (key,) = (key for key, one in page.rows("goals").items() if one["ended"] is None)
-            assert (await page.do("cancel", goal=key))[0]
+            said = [await page.do("goal", request="visit(1)") for _ in range(2)]
+            assert said[0][0]
+            assert "not decided on yet" in said[0][1]
+            assert said[1] == (True, "queued, place 1")
+            *_, queued = page.catch_up().rows("goals")
+            done, text = await page.do("cancel", goal=queued)
+            assert done
+            assert text.startswith("cancelled"), text
+            assert await page.do("cancel", goal=key) == (
+                True, "it is to be cancelled, once what has begun has ended",
+            )  # fmt: skip
             await page.until(lambda: page.rows("goals")[key]["canceling"])
-            assert (await page.do("goal", request="fly("))[0]
-            await page.until(lambda: "rejected" in str(page.rows("goals")))
             assert not (await page.do("why", question="goal", arguments=["9"]))[0]
 
             async with Link(link.url, "").open() as late:

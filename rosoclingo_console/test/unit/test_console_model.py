@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Dict, List, Sequence
+from typing import Any, Dict, List, Sequence, Tuple
 
 import pytest
 
 from rosclingo.wire.commands import Result
+from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Event, Status
@@ -90,10 +91,16 @@ def test_a_goal_from_its_arrival_to_its_end(run: Run) -> None:
         ("why: a way is blocked", "a way is blocked"),
         ("waiting in step 3: the plan has no action for now", "a way is blocked"),
         ("no plan within the horizon of 9 steps: looking for the reason",) * 2,
+        (
+            "no reason found yet: there was no time",
+            "no plan within the horizon of 9 steps: looking for the reason",
+        ),
         ("why: two ways are blocked", "two ways are blocked"),
     ):
         run.model.tell_goal("g", line)
-        assert run.row("goals", "g")["why"] == why
+        goal = run.row("goals", "g")
+        is_unexplained = line.startswith("no reason")
+        assert (goal["why"], goal["unexplained"]) == (why, "there was no time" * is_unexplained)
 
     run.hear(journal.CancelArrived("g"))
     assert run.row("goals", "g")["canceling"]
@@ -102,6 +109,31 @@ def test_a_goal_from_its_arrival_to_its_end(run: Run) -> None:
     assert (goal["status"], goal["reason"], goal["expected"]) == ("canceled", "because", None)
     assert goal["ended"] - goal["came"] == 3.0
     assert run.row("run", "run")["open"] == 0
+
+
+def test_what_has_become_of_a_goal(run: Run) -> None:
+    def fate() -> Tuple[str, bool, bool]:
+        found = run.model.goals.fate("g")
+        assert found is not None
+        return found.text, found.is_refused, found.canceling
+
+    assert run.model.goals.fate("g") is None
+    run.hear(journal.GoalArrived("g", "visit(3)"))
+    assert fate() == ("", False, False)
+    run.model.tell_goal("g", "queued 2")
+    assert fate() == ("queued, place 2", False, False)
+    run.hear(journal.StatusSet("g", Status.ACCEPTED, "1"))
+    run.hear(journal.CancelArrived("g"))
+    assert fate() == ("accepted, in slot 1", False, True)
+    run.hear(journal.StatusSet("g", Status.ABORTED, "1", "no way"))
+    assert fate() == ("aborted: no way", True, True)
+    for status, reason, text in (
+        (Status.REJECTED, "no such cell", "rejected: no such cell"),
+        (Status.CANCELED, "", "cancelled"),
+        (Status.SUCCEEDED, "as asked", "succeeded"),
+    ):
+        run.hear(journal.StatusSet("g", status, "", reason))
+        assert fate()[0] == text
 
 
 def test_only_the_last_goals_that_have_ended_are_kept(run: Run) -> None:
@@ -177,6 +209,71 @@ def test_an_actuator_without_a_next_action(run: Run) -> None:
         "hold", "until it is released; nothing is planned for it",
     )  # fmt: skip
     assert run.row("run", "run")["state"] == "waits"
+
+
+FLEET = KnownEncoding(
+    messages=("info:at(r,a)", "info:at(r,b)", "info:blocked(a,b)"),
+    answers={"r": ("success", "failure", "unknown"), "s": ("success", "unknown")},
+)
+
+
+@pytest.mark.parametrize("answer", ["unknown", "lost"])
+def test_a_robot_of_which_nobody_knows_where_it_is(run: Run, answer: str) -> None:
+    """It has nothing to do because it is left out."""
+    run.model.set_encoding(FLEET)
+
+    def state() -> Tuple[str, str]:
+        row = run.row("actuators", "r")
+        return row["state"], row["doubt"]
+
+    run.hear(journal.ActionPublished("r", "go(b)"), journal.MessageArrived("r", answer))
+    run.hear(journal.CommandDone("assign_messages(1)"), journal.LoopWaits())
+    assert state() == ("lost", "go(b)")
+    assert "told where it is: info:at(r,PLACE)" in run.row("actuators", "r")["waits"]
+    run.hear(journal.MessageArrived("info", "at(r,c)"), journal.LoopWaits())
+    assert state() == ("idle", "")
+    run.hear(journal.MessageDropped("id info, value at(r,c): there is no such event"))
+    assert state() == ("lost", "go(b)")
+    run.hear(journal.MessageArrived("info", "at(r,b)"), journal.CommandDone("assign_messages(1)"))
+    run.hear(journal.LoopWaits())
+    assert state() == ("idle", "")
+    run.hear(journal.ActionPublished("r", "go(a)"), journal.MessageArrived("r", answer))
+    run.hear(journal.ActionPublished("r", "go(a)"), journal.MessageArrived("r", "success"))
+    run.hear(journal.LoopWaits())
+    assert state() == ("idle", "")
+
+
+@pytest.mark.parametrize(
+    ("actuator", "answer"),
+    [("r", "timeout"), ("s", "unknown"), ("other", "unknown"), ("r", "failure")],
+)
+def test_a_robot_that_the_encoding_does_not_leave_out(run: Run, actuator: str, answer: str) -> None:
+    """The answer is not declared, or no message could say where it is."""
+    run.model.set_encoding(FLEET)
+    run.hear(journal.ActionPublished(actuator, "go(b)"), journal.MessageArrived(actuator, answer))
+    run.hear(journal.LoopWaits())
+    row = run.row("actuators", actuator)
+    assert (row["state"], row["doubt"]) == ("idle", "" if answer == "failure" else "go(b)")
+
+
+def test_since_when_a_run_has_stopped(run: Run) -> None:
+    def stopped() -> Any:
+        return run.row("run", "run")["stopped"]
+
+    assert stopped() is None  # it may come
+    run.model.connect(True, 5.0)
+    assert stopped() is None
+    run.model.connect(False, 7.0)
+    assert stopped() == 7.0
+    run.model.connect(True, 9.0)
+    assert stopped() is None
+    run.hear(journal.LoopEnded("shutdown"))
+    run.model.connect(False, run.time + 1)
+    assert stopped() == run.time
+    run.model.connect(True, run.time + 2)
+    run.hear(journal.NodeResumed("rosoclingo", seconds=0.5))
+    assert stopped() is None
+    assert run.row("run", "run")["state"] == "works"
 
 
 def test_how_far_the_actions_of_a_plan_are(run: Run) -> None:

@@ -6,6 +6,7 @@ import contextlib
 import gc
 import gzip
 import http.client
+import os
 import socket
 import threading
 import tracemalloc
@@ -17,12 +18,13 @@ from console_fuzz import (
     check_answer,
     check_operations,
     exchange,
+    frame,
     fuzzed_console,
 )
 from console_server import SECONDS, SYSTEM, TOKEN, Remembered
 from waiting import wait_for
 
-from rosoclingo_console.web import running, server
+from rosoclingo_console.web import connections, running, server
 from rosoclingo_console.web.access import Access
 from rosoclingo_console.web.hub import Hub
 from rosoclingo_console.web.running import AddressError, WebThread
@@ -44,8 +46,9 @@ def web(port: int = 0) -> Iterator[int]:
         assert all(one.name != "web" for one in threading.enumerate())
 
 
-def connect(port: int) -> socket.socket:
-    return socket.create_connection(("127.0.0.1", port), SECONDS)
+def connect(port: int, address: str = "127.0.0.1") -> socket.socket:
+    """Connects from an address of this machine."""
+    return socket.create_connection(("127.0.0.1", port), SECONDS, (address, 0))
 
 
 def get(port: int, path: str = "/") -> int:
@@ -116,7 +119,7 @@ def test_a_port_that_is_taken() -> None:
 
 
 def test_who_says_nothing_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(running, "_SECONDS_TO_ASK", 0.2)
+    monkeypatch.setattr(connections, "_SECONDS_TO_ASK", 0.2)
     with web() as port, connect(port) as silent, connect(port) as slow:
         slow.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\nX: ")
         assert read_all(silent) == b""
@@ -125,7 +128,7 @@ def test_who_says_nothing_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_page_that_has_asked_stays_connected(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(running, "_SECONDS_TO_ASK", 0.2)
+    monkeypatch.setattr(connections, "_SECONDS_TO_ASK", 0.2)
     with web() as port, contextlib.closing(
         http.client.HTTPConnection("127.0.0.1", port, timeout=SECONDS)
     ) as page:
@@ -150,17 +153,106 @@ def test_a_request_that_does_not_come_to_its_end(monkeypatch: pytest.MonkeyPatch
         assert slow.recv(12) == b"HTTP/1.1 408"
 
 
-def test_so_many_connections(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(running, "_MOST_CONNECTIONS", 3)
-    with web() as port:
-        open_ones = [connect(port) for _ in range(3)]
-        with connect(port) as one_too_many:
-            assert read_all(one_too_many) == b""
-        for one in open_ones:
-            one.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
-            assert read_all(one).startswith(b"HTTP/1.1 200")
-            one.close()
+def ask(one: socket.socket, *headers: str, path: str = "/") -> int:
+    """Asks by a connection, and returns the status; 0 if the connection has ended."""
+    with contextlib.suppress(ConnectionError, http.client.BadStatusLine):
+        one.sendall(
+            "\r\n".join([f"GET {path} HTTP/1.1", "Host: localhost", *headers, "", ""]).encode()
+        )
+        answer = http.client.HTTPResponse(one)
+        answer.begin()
+        answer.read()
+        return answer.status
+    return 0
+
+
+def with_token(port: int) -> socket.socket:
+    """Returns a connection by which the token has come."""
+    one = connect(port)
+    assert ask(one, f"Authorization: Bearer {TOKEN}", path="/metrics") == 200
+    return one
+
+
+def test_an_operator_gets_through_a_crowd_of_strangers() -> None:
+    """Strangers of the operator's own address hold as many connections as they like."""
+    with web() as port, contextlib.ExitStack() as crowd:
+        operator = crowd.enter_context(with_token(port))
+        strangers = [crowd.enter_context(connect(port)) for _ in range(230)]
+        answers = [ask(one) for one in strangers]
+        assert sum(bool(answer) for answer in answers) == connections._MOST_OF_ADDRESS
+        assert all(answers[-connections._MOST_OF_ADDRESS :])  # who came last is let in
+        body = '{"system": "/rosoclingo", "control": "pause"}'
+        request = (
+            f"POST /do/control HTTP/1.1\r\nHost: localhost\r\nOrigin: http://localhost\r\n"
+            f"Authorization: Bearer {TOKEN}\r\nContent-Type: application/json\r\n"
+            f"Content-Length: {len(body)}\r\n\r\n{body}"
+        )
+        for one in (operator, crowd.enter_context(connect(port))):
+            one.sendall(request.encode())
+            assert b'"done": true' in read_answer(one)
         assert get(port) == 200
+
+
+def read_answer(one: socket.socket) -> bytes:
+    """Returns an answer whose body is in JSON."""
+    answer = b""
+    while not answer.endswith(b"}"):
+        part = one.recv(65536)
+        assert part, answer
+        answer += part
+    return answer
+
+
+def test_a_page_with_the_token_keeps_its_channel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The token is the first word of the channel, and not in a header."""
+    monkeypatch.setattr(connections, "_MOST_OF_ADDRESS", 3)
+    with web() as port, contextlib.ExitStack() as crowd:
+        channels = [crowd.enter_context(connect(port)) for _ in range(2)]
+        for one, token in zip(channels, (TOKEN, "")):
+            headers = (
+                "Host: localhost", "Origin: http://localhost", "Connection: Upgrade",
+                "Upgrade: websocket",
+                "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
+            )  # fmt: skip
+            one.sendall("\r\n".join(["GET /live HTTP/1.1", *headers, "", ""]).encode())
+            said = b'{"token": "%s"}' % token.encode()
+            one.sendall(frame(0x81, said, len(said)))
+            answer = b""
+            while b"hello" not in answer:
+                answer += one.recv(65536)
+        for _ in range(3):
+            crowd.enter_context(connect(port))
+        read_all(channels[1])  # whoever may only look gives way
+        channels[0].settimeout(0.0)
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                assert channels[0].recv(65536)
+
+
+def test_who_uses_a_connection_keeps_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connections, "_MOST_OF_ADDRESS", 2)
+    with web() as port, connect(port) as used, connect(port) as unused:
+        assert [ask(unused), ask(used)] == [200, 200]
+        with connect(port) as other:
+            assert [ask(other), ask(used)] == [200, 200]
+            assert read_all(unused) == b""
+
+
+def test_the_address_with_most_connections_gives_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connections, "_MOST_STRANGERS", 4)
+    with web() as port, contextlib.ExitStack() as crowd:
+        alone = crowd.enter_context(connect(port, "127.0.0.2"))
+        strangers = [crowd.enter_context(connect(port, "127.0.0.3")) for _ in range(3)]
+        assert [ask(alone), *map(ask, strangers)] == 4 * [200]
+        other = crowd.enter_context(connect(port, "127.0.0.4"))
+        assert read_all(strangers[0]) == b""
+        assert [ask(alone), ask(other), *map(ask, strangers[1:])] == 4 * [200]
+
+
+def test_connections_with_the_token_have_a_limit_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connections, "_MOST_TRUSTED", 2)
+    with web() as port, with_token(port) as first, with_token(port), with_token(port):
+        assert read_all(first) == b""
 
 
 def test_pipelined_requests_are_limited() -> None:
@@ -174,16 +266,17 @@ def test_pipelined_requests_are_limited() -> None:
 
 
 def test_who_does_not_read_answers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(running, "_SECONDS_TO_RECEIVE", 0.2)
-    monkeypatch.setattr(running, "_SECONDS_IDLE", 10 * SECONDS)
-    monkeypatch.setattr(running, "_MOST_QUEUED", 10_000)
-    monkeypatch.setattr(running, "_MOST_CONNECTIONS", 1)
+    monkeypatch.setattr(connections, "_SECONDS_TO_RECEIVE", 0.2)
+    monkeypatch.setattr(connections, "SECONDS_IDLE", 10 * SECONDS)
+    monkeypatch.setattr(connections, "_MOST_QUEUED", 10_000)
     with web() as port, socket.socket() as slow:
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        files = count_files()
         slow.connect(("127.0.0.1", port))
         slow.sendall(b"GET /page/page.css HTTP/1.1\r\nHost: localhost\r\n\r\n" * 2000)
-        # There is room for another connection as soon as that one is aborted.
-        wait_for(lambda: is_served(port))
+        wait_for(lambda: count_files() > files)  # the server's end of the connection
+        wait_for(lambda: count_files() == files)
+        assert get(port) == 200
 
 
 @pytest.mark.parametrize("line", ["CONNECT /\xff", "GET /"])
@@ -191,7 +284,7 @@ def test_who_asks_once_is_disconnected(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, line: str
 ) -> None:
     """Also who asks then for what ends aiohttp's task, but not the connection."""
-    monkeypatch.setattr(running, "_SECONDS_IDLE", 0.2)
+    monkeypatch.setattr(connections, "SECONDS_IDLE", 0.2)
     with web() as port, connect(port) as one:
         one.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
         assert one.recv(12) == b"HTTP/1.1 200"
@@ -204,10 +297,9 @@ def test_who_asks_once_is_disconnected(
     assert not [record for record in caplog.records if record.exc_info]
 
 
-def is_served(port: int) -> bool:
-    with contextlib.suppress(ConnectionError, http.client.HTTPException):
-        return get(port) == 200
-    return False
+def count_files() -> int:
+    """Returns how many files and sockets this process has open."""
+    return len(os.listdir("/proc/self/fd"))
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,9 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Dict, Optional, Sequence, Tuple
+from typing import Any, Dict, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
 from rosoclingo.drawing.graph import Graph
@@ -44,11 +44,13 @@ class KnownEncoding:
         graph: Its map; None if it has none with positions.
         messages: The first of the messages that it knows, as ``SOURCE:VALUE``, sorted; answers of
             actuators are none.
+        answers: For each actuator, what it may answer.
     """
 
     requests: Tuple[str, ...] = ()
     graph: Optional[Graph] = None
     messages: Tuple[str, ...] = ()
+    answers: Mapping[str, Tuple[str, ...]] = field(default_factory=dict)
 
 
 def read_encoding(launched: Launched) -> KnownEncoding:
@@ -90,7 +92,10 @@ def _run(node: str, arguments: Sequence[str], directory: Path) -> KnownEncoding:
         raise EncodingError(f"the encoding of {node} is not understood: {ended.stderr.strip()}")
     found: Dict[str, Any] = json.loads(ended.stdout)
     return KnownEncoding(
-        tuple(found["requests"]), _graph_of(found["graph"]), tuple(found["messages"])
+        tuple(found["requests"]),
+        _graph_of(found["graph"]),
+        tuple(found["messages"]),
+        {actuator: tuple(values) for actuator, values in found["answers"].items()},
     )
 
 

@@ -45,7 +45,12 @@ def main() -> None:
     with contextlib.suppress(GraphError):  # most encodings have no map
         graph = vars(read_graph(options.files, options.clingo, options.theory))
     messages = [type_event(*pair) for pair in alphabet.messages[:MOST_KNOWN]]
-    found = {"requests": alphabet.requests[:MOST_KNOWN], "messages": messages, "graph": graph}
+    found = {
+        "requests": alphabet.requests[:MOST_KNOWN],
+        "messages": messages,
+        "graph": graph,
+        "answers": alphabet.answers,
+    }
     print(json.dumps(found))
 
 

@@ -186,6 +186,7 @@ class Questions:
             return
         if reply not in (CLOSED, CANCELED):
             rospy.loginfo("why %s: %s", question, reply.text)
+            self._inbox.call_soon(lambda: _tell(goals, f"no reason found yet: {reply.text}"))
         if reply.is_late or reply is CANCELED:
             more = seconds * _MORE if reply.is_late else seconds
             self._inbox.call_soon(lambda: self._explain_again(question, goals, more))

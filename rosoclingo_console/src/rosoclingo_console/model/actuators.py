@@ -13,17 +13,19 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from itertools import chain, repeat
-from typing import Any, Deque, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Deque, Dict, FrozenSet, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import split_term
+from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.drawing.holds import OperatorDecisions
-from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
+from rosoclingo.loop.words import ABORT, INFO, LOST, SOLVER, SUCCESS, TIMEOUT, UNKNOWN
 from rosoclingo_console.model.board import Row
 from rosoclingo_console.model.metrics import OTHER
 from rosoclingo_console.model.values import PlanAhead, TokenRow
 
 _MOST_BARS = 200  # actions that a chart shows
 _MOST_VALUES = 50  # different answers that are counted one by one
+_DOUBTFUL = (UNKNOWN, TIMEOUT, LOST)  # answers after which it is not known what was done
 _WEIGHT = 0.3  # of the last duration in a mean
 
 
@@ -56,10 +58,12 @@ class ActuatorTable:
         self._tokens: Tuple[TokenRow, ...] = ()
         self._progress: Dict[int, float] = {}  # by numbers of actions
         self._run = ""  # of the tokens
+        self._leaves_out: Mapping[str, FrozenSet[str]] = {}
         self._bars: Deque[ActionBar] = deque(maxlen=_MOST_BARS)
         self._acting: Dict[str, ActionBar] = {}
         self._last: Dict[str, ActionBar] = {}
         self._means: Dict[str, float] = {}
+        self._doubts: Dict[str, str] = {}  # by actuators, the actions that they did or did not
         self._count = 0
         self.answers: Dict[str, int] = {}
 
@@ -70,6 +74,7 @@ class ActuatorTable:
         before = self._acting.get(actuator)
         if before is not None:
             before.ended = time
+        self._doubts.pop(actuator, None)
         self._count += 1
         bar = ActionBar(self._count, actuator, action, step, time)
         self._acting[actuator] = self._last[actuator] = bar
@@ -81,6 +86,8 @@ class ActuatorTable:
         if bar is None:
             return
         bar.ended, bar.answer = time, value
+        if value in _DOUBTFUL:
+            self._doubts[source] = bar.action
         # A stranger may say anything in the place of an actuator.
         value_counted = (
             value if value in self.answers or len(self.answers) < _MOST_VALUES else OTHER
@@ -90,6 +97,28 @@ class ActuatorTable:
             seconds = time - bar.began
             for key in (source, ""):
                 self._means[key] = (1 - _WEIGHT) * self._means.get(key, seconds) + _WEIGHT * seconds
+
+    def place(self, robot: str) -> str:
+        """A message says where a robot is; returns the action that is no longer in doubt."""
+        return self._doubts.pop(robot, "")
+
+    def doubt(self, robot: str, action: str) -> None:
+        """That message was dropped: again it is not known whether the robot has done an action."""
+        self._doubts[robot] = action
+
+    def set_encoding(self, encoding: KnownEncoding) -> None:
+        """Learns which actuators the encoding leaves out after which answers.
+
+        Those are the ones that messages ``info:at(ACTUATOR,PLACE)`` are about.
+        """
+        placed = {
+            split_term(message.partition(":")[2])[1][0]
+            for message in encoding.messages
+            if message.startswith(f"{INFO}:at(")
+        }
+        self._leaves_out = {
+            actuator: _left_out_after(encoding.answers.get(actuator, ())) for actuator in placed
+        }
 
     def forget_steps(self) -> None:
         """Steps are counted anew: no action that was done is one of the plan's."""
@@ -187,6 +216,7 @@ class ActuatorTable:
         row: Dict[str, Any] = {
             "action": "", "since": None, "step": None, "on_hold": name in self.decisions.on_hold,
             "held": "", "token": 0, "rejected": self._rejected(name), "next": self._next(name, act),
+            "doubt": self._doubts.get(name, ""),
             "last": last.action if last and last.ended else "",
             "answer": last.answer if last and last.ended else "",
         }  # fmt: skip
@@ -216,6 +246,8 @@ class ActuatorTable:
         elif row["on_hold"]:
             more = "for a plan" if searching else "nothing is planned for it"
             row.update(state="hold", waits=f"{_WAITS_FOR['hold']}; {more}")
+        elif row["doubt"] and row["answer"] in self._leaves_out.get(name, ()):
+            row.update(state="lost", waits=f"until it is told where it is: {INFO}:at({name},PLACE)")
         elif searching:
             row.update(state="plan", waits="for a plan")
         else:
@@ -243,6 +275,14 @@ class ActuatorTable:
         return (act is not None and act.action == action) or self._is_done(
             self.plan.step, name, action
         )
+
+
+def _left_out_after(answers: Sequence[str]) -> FrozenSet[str]:
+    """Returns after which answers an actuator is left out, of those that an encoding declares."""
+    found = {one for one in (UNKNOWN, TIMEOUT) if one in answers}
+    if UNKNOWN in answers and LOST not in answers:  # as which it is told
+        found.add(LOST)
+    return frozenset(found)
 
 
 _WAITS_FOR = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, Dict, List, Mapping, Optional, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from rosoclingo.loop.journal import GoalArrived, Status, StatusSet
 from rosoclingo_console.model.board import Row
@@ -16,9 +16,32 @@ _QUEUED = re.compile(r"queued (\d{1,9})")
 _WHY = "why: "
 _LATE = "late by "
 _NO_PLAN = "no plan "
+_NO_REASON = "no reason found yet: "
 _WAITING = "waiting in step "
 _NO_ACTION = "the plan has no action for it now"
 _EXPECTED = "expected in "
+_WORDS = {status: status.value for status in Status}
+_WORDS[Status.CANCELED] = "cancelled"
+
+
+class GoalFate(NamedTuple):
+    """What has become of a goal so far.
+
+    Attributes:
+        status: Its status.
+        text: That in words, with slot, place in the queue or reason; empty while the loop has not
+            decided on it.
+        canceling: Whether the loop has taken a cancel request for it.
+    """
+
+    status: Status
+    text: str
+    canceling: bool
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether it has ended because it cannot be served."""
+        return self.status in (Status.REJECTED, Status.ABORTED)
 
 
 @dataclass
@@ -39,6 +62,7 @@ class GoalRow:
         canceling: Whether somebody wants it cancelled.
         line: The last line of feedback that is none of the others.
         why: Why it waits or has no plan; until that is known, that it does.
+        unexplained: Why the last search for that reason has found none; empty if none has ended so.
         late: By how much it will be late, as ``12 s``; empty if it says nothing of that.
     """
 
@@ -54,6 +78,7 @@ class GoalRow:
     canceling: bool = False
     line: str = ""
     why: str = ""
+    unexplained: str = ""
     late: str = ""
 
 
@@ -85,16 +110,16 @@ class GoalTable:
     def set_status(self, event: StatusSet, time: float) -> None:
         """A goal's status has changed."""
         goal = self._goal(event.goal)
-        goal.status, goal.slot = event.status, event.slot or goal.slot
-        goal.place = 0
+        goal.slot, goal.place = event.slot or goal.slot, 0
         if event.status.is_terminal:
             goal.ended, goal.reason = time, str(event.reason)
             self.counts[event.status] = self.counts.get(event.status, 0) + 1
             self._ended[event.goal] = None
-            if len(self._ended) > _MOST_ENDED:
-                oldest = next(iter(self._ended))
-                del self._ended[oldest], self._goals[oldest]
-                self.requests.pop(oldest, None)
+        goal.status = event.status  # last, as other threads look at it
+        if len(self._ended) > _MOST_ENDED:
+            oldest = next(iter(self._ended))
+            del self._ended[oldest], self._goals[oldest]
+            self.requests.pop(oldest, None)
 
     def tell(self, identifier: str, line: str) -> None:
         """The client of a goal was told something; of goals that are not known, it is ignored."""
@@ -105,15 +130,17 @@ class GoalTable:
         if queued:
             goal.place = int(queued[1]) if not goal.slot else 0
         elif line.startswith(_WHY):
-            goal.why = line[len(_WHY) :]
+            goal.why, goal.unexplained = line[len(_WHY) :], ""
+        elif line.startswith(_NO_REASON):
+            goal.unexplained = line[len(_NO_REASON) :]
         elif line.startswith(_NO_PLAN):
-            goal.why = line
+            goal.why, goal.unexplained = line, ""
         elif line.startswith(_LATE):
             goal.late = line[len(_LATE) :]
         elif not line.startswith(_EXPECTED):  # the plan says that of all goals, and the time
             goal.line = line
             if line.startswith("plan "):  # another one, so that what was said before is old
-                goal.why = ""
+                goal.why = goal.unexplained = ""
             elif line.startswith(_WAITING):
                 goal.why = goal.why or _NO_ACTION
 
@@ -122,9 +149,20 @@ class GoalTable:
         """The goals that have not ended, in order of arrival."""
         return [goal for key, goal in self._goals.items() if key not in self._ended]
 
-    def knows(self, identifier: str) -> bool:
-        """Whether the loop has taken a goal, or has ended it without."""
-        return identifier in self._goals
+    def fate(self, identifier: str) -> Optional[GoalFate]:
+        """Returns what has become of a goal; None if it is not known. Thread-safe."""
+        goal = self._goals.get(identifier)
+        if goal is None:
+            return None
+        text = ""
+        if goal.status.is_terminal:
+            is_asked = goal.status is Status.SUCCEEDED or not goal.reason
+            text = _WORDS[goal.status] + ("" if is_asked else f": {goal.reason}")
+        elif goal.status is Status.ACCEPTED:
+            text = "accepted" + (f", in slot {goal.slot}" if goal.slot else "")
+        elif goal.place:
+            text = f"queued, place {goal.place}"
+        return GoalFate(goal.status, text, goal.canceling)
 
     def rows(self, expected: Mapping[str, float]) -> Dict[str, Row]:
         """Returns the goals that are shown: all with a slot, the first that wait, the last ended.

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections import deque
 from itertools import islice
-from typing import Any, Deque, Dict, List, Optional, Sequence
+from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
+from rosclingo.wire.term_text import split_term
 from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.drawing.holds import HoldHistory, OperatorDecisions
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Status
+from rosoclingo.loop.words import INFO
 from rosoclingo_console.model.actuators import ActuatorTable
 from rosoclingo_console.model.beliefs import BeliefTable
 from rosoclingo_console.model.board import Board, Row
@@ -43,6 +45,7 @@ class SystemModel:
         self._map = MapTable()
         self._holds = HoldHistory(_MOST_HOLDS)
         self._known: Row = {"requests": [], "messages": []}
+        self._encoding = KnownEncoding()
         self._recording = ""
         self._connected = False
         self._since = 0.0
@@ -52,12 +55,17 @@ class SystemModel:
         """Forgets the run before."""
         self.goals = GoalTable()
         self.actuators = ActuatorTable()
+        self.actuators.set_encoding(self._encoding)
         self.messages = MessageTable()
         self._beliefs = BeliefTable()
         self._counters = Counters()
         self._last: Optional[Entry] = None
         self._works = False
         self._ended = ""
+        self._ended_at = 0.0
+        self._placed: Dict[
+            str, Tuple[str, str]
+        ] = {}  # by messages that the planner is not told yet
         self._missed = 0
         self._quality = ""
 
@@ -125,17 +133,32 @@ class SystemModel:
         elif isinstance(event, journal.MessageArrived):
             self.actuators.answer(event.source, event.value, time)
             self.messages.arrive(record.number, event.source, event.value)
+            self._place(event)
         elif isinstance(event, journal.MessageDropped):
             self.messages.drop(event.reason, round(time, _DIGITS))
+            for value, doubt in self._placed.items():
+                if event.reason.startswith(journal.naming(INFO, value)):
+                    self.actuators.doubt(*doubt)
         elif isinstance(event, journal.CommandDone):
             if event.resets:
                 self.actuators.forget_steps()
             elif event.name == "assign_messages":
                 self.messages.tell()
+                self._placed.clear()
         elif isinstance(event, journal.BeliefsChanged):
             self._beliefs.change(event.terms, round(time, _DIGITS), record.step)
         elif isinstance(event, journal.LoopEnded):
-            self._ended = str(event.reason)
+            self._ended, self._ended_at = str(event.reason), time
+        elif isinstance(event, journal.NodeResumed):
+            self._ended = ""
+
+    def _place(self, event: journal.MessageArrived) -> None:
+        """Takes a message such as ``info:at(robot,c3)``, which says where a robot is."""
+        name, arguments = split_term(event.value) if event.source == INFO else ("", [])
+        if name == "at" and len(arguments) == 2:
+            action = self.actuators.place(arguments[0])
+            if action:
+                self._placed[event.value] = arguments[0], action
 
     def set_plan(self, step: int, horizon: int, atoms: Sequence[str]) -> None:
         """Takes a message of ``~plan``."""
@@ -158,6 +181,8 @@ class SystemModel:
             "messages": list(encoding.messages[:_MOST_KNOWN]),
         }
         self._map.set_graph(encoding.graph)
+        self._encoding = encoding
+        self.actuators.set_encoding(encoding)
 
     def set_recording(self, file: str) -> None:
         """It is recorded in a bag; an empty text if it is not."""
@@ -214,6 +239,7 @@ class SystemModel:
             "since": round(self._since, _DIGITS),
             "state": state,
             "reason": self._ended,
+            "stopped": self._stopped(),
             "step": last.step if last else 0,
             "horizon": last.horizon if last else 0,
             "paused": self.actuators.decisions.paused,
@@ -224,6 +250,13 @@ class SystemModel:
             "quality": self._quality,
             "recording": self._recording,
         }
+
+    def _stopped(self) -> Optional[float]:
+        """Returns since when nothing is heard, or will be; None while the run goes on."""
+        times = [self._ended_at] if self._ended else []
+        if not self._connected and self._since:
+            times.append(self._since)
+        return round(min(times), _DIGITS) if times else None
 
     def samples(self) -> List[Sample]:
         """Returns the values of metrics."""

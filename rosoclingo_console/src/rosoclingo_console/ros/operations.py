@@ -5,17 +5,20 @@ from __future__ import annotations
 import itertools
 import os
 import time
+from dataclasses import replace
 from typing import Any, Callable, Dict, Optional, Tuple
 
 import rospy
-from actionlib_msgs.msg import GoalID
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from std_srvs.srv import Trigger
 
+from rosclingo.errors import shorten
 from rosclingo.ros.low_latency import publisher
 from rosclingo.ros.presence import Presence, presence
-from rosoclingo.loop.journal import Control
+from rosoclingo.loop.journal import Control, Status
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal, ROSoClingoIn
 from rosoclingo.srv import ControlActuator, Why, WhyResponse
+from rosoclingo_console.model.goals import GoalFate
 from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.ros.recordings import Recordings
 from rosoclingo_console.web.hub import Hub
@@ -23,7 +26,11 @@ from rosoclingo_console.web.operations import OperationReply, Operations
 
 _SECONDS_TO_FIND = 2.0  # a service, or who takes goals and messages
 _SECONDS_TO_TAKE = 3.0  # until it is known what has become of one that was sent
+_SECONDS_TO_DECIDE = 5.0  # likewise, of a goal, which the planner may have to search for
 _POLL_SECONDS = 0.02
+_OPEN = (
+    GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.RECALLING, GoalStatus.PREEMPTING,
+)  # fmt: skip
 _OF_RUN = (Control.PAUSE, Control.HALT, Control.STEP, Control.RESUME)
 
 
@@ -63,16 +70,29 @@ class RosOperations(Operations):
         return self._call(f"{system}/why", Why, question, arguments)
 
     def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
-        """Sends a goal, and waits until the system has taken it."""
+        """Sends a goal, and waits until it is accepted, queued or rejected, but not for long."""
         identifier = f"{self._begun}-{next(self._numbers)}"
         now = rospy.Time.now()
         message = ROSoClingoActionGoal(
             goal_id=GoalID(now, identifier), goal=ROSoClingoGoal(request, list(information))
         )
         message.header.stamp = now
-        return _send(
-            system, self._goals[system], message, lambda: self._hub.knows_goal(system, identifier)
-        )
+
+        def fate() -> Optional[GoalFate]:
+            return self._hub.goal_fate(system, identifier)
+
+        def is_decided() -> bool:
+            found = fate()
+            return found is not None and bool(found.text)
+
+        reply = _send(system, self._goals[system], message, lambda: fate() is not None)
+        if reply.done and fate() is not None:
+            _wait_for(is_decided, _SECONDS_TO_DECIDE)
+        found = fate()
+        if found is None:
+            return replace(reply, goal=identifier)
+        text = found.text or "taken, and not decided on yet: that comes with the next plan"
+        return OperationReply(not found.is_refused, text, identifier)
 
     def send_message(self, system: str, source: str, value: str) -> OperationReply:
         """Sends a message, and waits until the system has told its planner, or has dropped it."""
@@ -100,9 +120,29 @@ class RosOperations(Operations):
         return OperationReply(False, f"dropped: {found.dropped}") if found.dropped else reply
 
     def cancel(self, system: str, goal: str) -> OperationReply:
-        """Sends a cancel request."""
-        sent = _send(system, self._cancels[system], GoalID(id=goal), lambda: True)
-        return OperationReply(True, "the cancel request is sent") if sent.done else sent
+        """Sends a cancel request for an open goal, and waits until it is taken."""
+
+        def fate() -> Optional[GoalFate]:
+            return self._hub.goal_fate(system, goal)
+
+        def is_taken() -> bool:
+            found = fate()
+            return found is not None and (found.canceling or found.status.is_terminal)
+
+        before = fate()
+        if before is None and not _has_open_goal(system, goal):
+            return OperationReply(False, f"{system} has no open goal {shorten(goal)}")
+        if before is not None and before.status.is_terminal:
+            return OperationReply(False, f"the goal has ended already: {before.text}")
+        reply = _send(system, self._cancels[system], GoalID(id=goal), is_taken)
+        found = fate()
+        if not reply.done or found is None:
+            return reply
+        if found.status.is_terminal:
+            return OperationReply(found.status is Status.CANCELED, found.text)
+        if found.canceling:
+            return OperationReply(True, "it is to be cancelled, once what has begun has ended")
+        return reply
 
     def record(self, system: str, is_on: bool) -> OperationReply:
         """Starts or stops a recorder."""
@@ -136,6 +176,16 @@ def _send(
     return OperationReply(
         True, f"sent; {system} has not taken it yet: it searches, grounds or waits"
     )
+
+
+def _has_open_goal(system: str, identifier: str) -> bool:
+    """Asks a system for its open goals, of which the journal may be too short to have all."""
+    try:
+        found = rospy.wait_for_message(f"{system}/status", GoalStatusArray, _SECONDS_TO_FIND)
+    except rospy.ROSException:
+        return False
+    goals = {one.goal_id.id: one.status for one in found.status_list}
+    return goals.get(identifier) in _OPEN
 
 
 def _wait_for(condition: Callable[[], bool], seconds: float) -> bool:

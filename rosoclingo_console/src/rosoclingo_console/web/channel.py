@@ -10,7 +10,7 @@ import asyncio
 import contextlib
 import json
 from collections import deque
-from typing import Any, Deque, Mapping, Optional
+from typing import Any, Callable, Deque, Mapping, Optional
 
 from aiohttp import WSMsgType, web
 
@@ -69,7 +69,11 @@ class Channel(Subscriber):
 
 
 async def serve(
-    hub: Hub, access: Access, request: web.Request, recording: Optional[Mapping[str, Any]] = None
+    hub: Hub,
+    access: Access,
+    request: web.Request,
+    trusted: Callable[[Any], None],
+    recording: Optional[Mapping[str, Any]] = None,
 ) -> web.WebSocketResponse:
     """Serves a page from its first word, which is the token, to its end.
 
@@ -77,6 +81,7 @@ async def serve(
         hub: What is shown.
         access: Who may see and act.
         request: The page's.
+        trusted: Called with aiohttp's protocol of the connection if the page has said the token.
         recording: What it is told of a recorded run; None if it is none.
     """
     socket = web.WebSocketResponse(
@@ -90,6 +95,8 @@ async def serve(
     if token is None or not access.may_see(token):
         await socket.close(code=REFUSED, message=b"wrong token")
         return socket
+    if access.is_token(token):
+        trusted(request.protocol)
     channel = Channel(hub, request, socket)
     channel.send(
         encode(

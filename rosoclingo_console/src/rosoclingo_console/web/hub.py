@@ -14,6 +14,7 @@ import logging
 from collections import deque
 from typing import Any, Callable, Deque, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
+from rosoclingo_console.model.goals import GoalFate
 from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.model.metrics import Sample
 from rosoclingo_console.model.system import SystemModel
@@ -137,9 +138,9 @@ class Hub:
         for one in list(self._subscribers):
             one.close()
 
-    def knows_goal(self, system: str, identifier: str) -> bool:
-        """Whether a system has taken a goal, as far as its journal was heard. Thread-safe."""
-        return self.models[system].goals.knows(identifier)  # looks into a dict, no more
+    def goal_fate(self, system: str, identifier: str) -> Optional[GoalFate]:
+        """Returns what has become of a goal, as far as the journal was heard. Thread-safe."""
+        return self.models[system].goals.fate(identifier)
 
     def message_fate(self, system: str, source: str, value: str) -> Optional[MessageFate]:
         """Returns what has become of a message to a system, likewise. Thread-safe."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Callable, Mapping, Optional, Tuple
+from typing import Any, Callable, Dict, Mapping, Optional, Tuple
 
 from rosclingo.errors import RosclingoError, TermError
 from rosoclingo.loop.journal import OWN_CONTROLS, Control
@@ -26,11 +26,17 @@ class OperationReply:
 
     Attributes:
         done: Whether it was taken.
-        text: How the system is now, or why it was not taken.
+        text: What has become of it and how the system is now, or why it was not taken.
+        goal: The id of a goal that was sent; empty for all else.
     """
 
     done: bool
     text: str
+    goal: str = ""
+
+    def as_json(self) -> Dict[str, Any]:
+        """Returns the answer for the page."""
+        return {"done": self.done, "text": self.text, **({"goal": self.goal} if self.goal else {})}
 
 
 class Operations:
@@ -51,7 +57,7 @@ class Operations:
         return self.refusal
 
     def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
-        """Sends a goal."""
+        """Sends a goal, and waits for a while until it is accepted, queued or rejected."""
         return self.refusal
 
     def send_message(self, system: str, source: str, value: str) -> OperationReply:
@@ -59,7 +65,7 @@ class Operations:
         return self.refusal
 
     def cancel(self, system: str, goal: str) -> OperationReply:
-        """Sends a cancel request for a goal, whoever has sent it."""
+        """Sends a cancel request for an open goal, whoever has sent it."""
         return self.refusal
 
     def ask(self, system: str, question: str, arguments: Tuple[str, ...]) -> OperationReply:
@@ -226,6 +232,9 @@ READERS: Mapping[str, Callable[[Body], Call]] = {
     "play": _play,
 }
 """Parsers of requests, by the kind in the address."""
+
+HOLDS_BACK = "control"
+"""The kind that has to get through whatever else is under way."""
 
 ONLY_LOOKS = frozenset({"why", "play"})
 """The kinds that change nothing of a run, and so are there in the read-only mode, too."""

@@ -16,6 +16,7 @@ from rosoclingo_console.web.access import Access
 from rosoclingo_console.web.files import read_files
 from rosoclingo_console.web.hub import Hub
 from rosoclingo_console.web.operations import (
+    HOLDS_BACK,
     ONLY_LOOKS,
     READERS,
     Body,
@@ -28,6 +29,7 @@ from rosoclingo_console.web.operations import (
 _LONGEST_BODY = 2**16  # bytes
 _SECONDS_TO_SEND = 5.0  # that a request's body may take
 _MOST_CALLS = 8  # requests that are carried out at a time
+_MOST_CONTROLS = 4  # more of those that control a run
 _BEARER = "Bearer "
 
 HEADERS: Mapping[str, str] = {
@@ -53,6 +55,7 @@ class Server:
     Attributes:
         asked: Called with aiohttp's protocol of the connection by which a request has come.
         answered: Likewise, when the request was handled.
+        trusted: Likewise, when the token has come.
     """
 
     def __init__(
@@ -77,14 +80,17 @@ class Server:
         self._files = read_files()
         self.asked: Callable[[Any], None] = lambda _: None
         self.answered: Callable[[Any], None] = lambda _: None
+        self.trusted: Callable[[Any], None] = lambda _: None
         self._calls = 0
-        self._threads = ThreadPoolExecutor(_MOST_CALLS, "operator")
+        self._threads = ThreadPoolExecutor(_MOST_CALLS + _MOST_CONTROLS, "operator")
 
     def application(self) -> web.Application:
         """Returns the application."""
 
         async def guard(request: web.Request, handler: _Handler) -> web.StreamResponse:
             self.asked(request.protocol)
+            if self._access.is_token(_token(request)):
+                self.trusted(request.protocol)
             try:
                 return await self._guard(request, handler)
             finally:
@@ -131,7 +137,9 @@ class Server:
     async def _on_live(self, request: web.Request) -> web.StreamResponse:
         if not self._is_from_here(request):
             return _refusal(403, "only the page of this server may ask for that")
-        return await channel.serve(self._hub, self._access, request, self._operations.about())
+        return await channel.serve(
+            self._hub, self._access, request, self.trusted, self._operations.about()
+        )
 
     async def _on_metrics(self, request: web.Request) -> web.StreamResponse:
         if not self._access.may_see(_token(request)):
@@ -158,11 +166,12 @@ class Server:
             return _refusal(400, str(err))
         except asyncio.TimeoutError:
             return _refusal(408, "the request did not come")
-        if self._calls >= _MOST_CALLS:
+        most = _MOST_CALLS + (_MOST_CONTROLS if kind == HOLDS_BACK else 0)
+        if self._calls >= most:
             return _refusal(503, f"{self._calls} requests are under way; try again")
         self._log(f"{request.remote} asks for {kind}: {json.dumps(body)}")
         reply = await self._call(call)
-        return web.json_response({"done": reply.done, "text": reply.text})
+        return web.json_response(reply.as_json())
 
     async def _call(self, call: Call) -> OperationReply:
         loop = asyncio.get_event_loop()

@@ -18,6 +18,7 @@ const STATES = {
   others: ["quiet", "…", "waits for others"],
   begins: ["quiet", "…", "begins soon"],
   plan: ["quiet", "↻", "waits for a plan"],
+  lost: ["warn", "?", "left out"],
   idle: ["quiet", "○", "has nothing to do"],
 };
 

@@ -6,16 +6,16 @@ import { state } from "./store.js";
 
 const SECONDS = 75; // more than the console takes for any of them
 
-/** Says something to the operator, also to one who does not see it. */
-export function tell(text, isBad = false) {
+/** Says something to the operator, also to one who does not see it; with 0 ms until something else is said. */
+export function tell(text, isBad = false, ms = isBad ? 15000 : 6000) {
   const said = byId("said");
   said.textContent = text;
   said.className = isBad ? "bad" : "";
   clearTimeout(said.timer);
-  said.timer = setTimeout(() => (said.textContent = ""), isBad ? 15000 : 6000);
+  if (ms) said.timer = setTimeout(() => (said.textContent = ""), ms);
 }
 
-/** Has a request carried out, and returns what became of it. */
+/** Has a request carried out, and returns what became of it: { done, text }, and { goal } of a goal that was sent. */
 export async function ask(kind, fields, system = state.chosen) {
   try {
     const response = await fetch(`/do/${kind}`, {
@@ -30,10 +30,10 @@ export async function ask(kind, fields, system = state.chosen) {
   }
 }
 
-/** Likewise, and says it. */
+/** Has a request carried out, says what became of it, and returns that. */
 export async function order(kind, fields, what) {
-  tell(`${what} …`);
-  const { done, text } = await ask(kind, fields);
-  tell(`${what}: ${text}`, !done);
-  return done;
+  tell(`${what} …`, false, 0);
+  const outcome = await ask(kind, fields);
+  tell(`${what}: ${outcome.text}`, !outcome.done);
+  return outcome;
 }

@@ -1,8 +1,7 @@
 // The live channel: connects, connects again, and knows whether what is shown is stale.
 
-import { changed, chosen, rowsOf, state, take } from "./store.js";
+import { STALE, changed, chosen, rowsOf, state, stopped, take } from "./store.js";
 
-const STALE = 3500; // ms without a sign of life
 const FIRST_PAUSE = 300; // ms until it connects again
 const LAST_PAUSE = 5000;
 const REFUSED = 4401;
@@ -85,14 +84,20 @@ function look() {
   changed();
 }
 
-/** Whether the page may be out of date. */
+/** Whether all of the page may be out of date. */
 export const isStale = () => link.word !== "live";
+
+/** Whether what is shown of the chosen run is how it was. */
+export const isOver = () => isStale() || stopped() !== null;
 
 export const mayPlay = () => Boolean(state.hello?.may_ask) && link.word === "live";
 export const mayActWhenLive = () => Boolean(state.hello?.may_ask && state.hello.may_act && !state.hello.recording);
 export const mayAct = () => mayPlay() && mayActWhenLive();
 
-const isConnected = () => Boolean(rowsOf(chosen(), "run").get("run")?.connected);
+function isConnected() {
+  const run = rowsOf(chosen(), "run").get("run");
+  return Boolean(run?.connected) && run.state !== "ended";
+}
 
 /** Whether the chosen run can be told something, or asked. */
 export const mayControl = () => mayAct() && isConnected();

@@ -1,15 +1,34 @@
 // The forms for a new request and for a message, with what the encoding knows as completion.
 
-import { order } from "./ask.js";
+import { order, tell } from "./ask.js";
 import { mayActWhenLive, mayControl } from "./connection.js";
 import { byId, change, fill, make } from "./dom.js";
-import { chosen, rowsOf, watch } from "./store.js";
+import { chosen, rowsOf, state, watch } from "./store.js";
+
+const undecided = new Map(); // goals that were sent from here, with what was typed
+
+const fieldsOf = (form) => [...form.elements].filter((one) => one.name);
+
+function fillIn(form, typed) {
+  fieldsOf(form).forEach((one, i) => (one.value = typed[i]));
+}
+
+watch(() => {
+  for (const [goal, { text, system, restore }] of undecided) {
+    const row = rowsOf(state.systems.get(system), "goals").get(goal);
+    if (!row || row.status === "pending") continue;
+    undecided.delete(goal);
+    if (!["rejected", "aborted"].includes(row.status)) continue;
+    tell(`Ask for ${text}: ${row.status}: ${row.reason}`, true);
+    restore();
+  }
+});
 
 const makeOption = (value) => make("option", { value });
 
 /**
- * Makes a form work: send(text) has it carried out and returns whether it was taken, words() returns the completions, and
- * the example stands in the field if there are none.
+ * Makes a form work: send(text) has it carried out and returns what became of it, words() returns the completions, and
+ * the example stands in the field if there are none. What was typed stays until it is taken.
  */
 function connect(name, example, words, send) {
   const form = byId(name),
@@ -19,10 +38,13 @@ function connect(name, example, words, send) {
     event.preventDefault();
     const text = field.value.trim();
     if (!text) return field.focus();
-    if ((await send(text)) && field.value.trim() === text) {
-      form.reset();
-      field.focus();
-    }
+    const typed = fieldsOf(form).map((one) => one.value);
+    const { done, goal } = await send(text);
+    if (!done || field.value.trim() !== text) return;
+    form.reset();
+    field.focus();
+    // The planner may refuse it later, and then it is there again, unless something else was typed.
+    if (goal) undecided.set(goal, { text, system: state.chosen, restore: () => field.value || fillIn(form, typed) });
   });
   watch(() => {
     // What is typed is not lost when the link is, for a moment.

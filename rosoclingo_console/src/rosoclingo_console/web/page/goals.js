@@ -51,14 +51,20 @@ function facts(goal) {
   return parts.filter(Boolean).join(" · ");
 }
 
+/** Why a goal waits or has no plan; without a reason, what can be done. */
+export function reason({ why, unexplained }) {
+  const fact = unexplained ? why.replace(/: looking for the reason$/, "") : why;
+  return [fact, unexplained && `No reason found yet: ${unexplained}. Why? looks for it again.`].filter(Boolean).join(". ");
+}
+
 /** What is known of the reason why a goal waits, without asking. */
-const known = (goal) => goal.why || onHold() || goal.line || "";
+const known = (goal) => reason(goal) || onHold() || goal.line || "";
 
 function makeGoal() {
   const name = make("b", { class: "term" }),
     sign = badgePlace(),
     more = make("small"),
-    reason = make("p", { class: "reason" });
+    shown = make("p", { class: "reason" });
   const made = make("li");
   const ask = make("button", {
     type: "button",
@@ -69,11 +75,12 @@ function makeGoal() {
     },
   });
   const cancel = careful("Cancel", "Cancel it?", () => order("cancel", { goal: made.key }, `Cancel ${made.row.request}`));
-  made.append(make("div", { class: "head" }, name, sign, make("span", { class: "buttons" }, ask, cancel)), more, reason);
+  made.append(make("div", { class: "head" }, name, sign, make("span", { class: "buttons" }, ask, cancel)), more, shown);
   made.update = (goal) => {
     change(name, { text: goal.request || "(a goal from before)" });
     sign.say(...STATUSES[goal.status]);
-    change(reason, { text: goal.ended === null ? goal.why : "", hidden: !(goal.ended === null && goal.why) });
+    const because = goal.ended === null ? reason(goal) : "";
+    change(shown, { text: because, hidden: !because });
     change(made, { class: goal.ended === null ? "open" : "over" });
     change(ask, { "aria-label": `Why ${goal.request}?`, hidden: goal.ended !== null });
     change(cancel, { "aria-label": `Cancel ${goal.request}`, hidden: goal.ended !== null });

@@ -1,8 +1,9 @@
 // The head of the page: the connection, the systems, and what needs attention.
 
-import { isStale, link, use } from "./connection.js";
+import { isOver, isStale, link, use } from "./connection.js";
 import { badge, badgePlace, byId, change, fill, make } from "./dom.js";
-import { changed, rowsOf, state, watch, chosen, now } from "./store.js";
+import { reason } from "./goals.js";
+import { changed, rowsOf, state, stopped, watch, chosen, now } from "./store.js";
 import { clock, lasted, plural } from "./words.js";
 
 const NEWS = 60; // seconds that a dropped message needs attention
@@ -13,20 +14,31 @@ const LINKS = {
   stale: ["bad", "!", () => `stale: nothing heard for ${silence()}; connecting again`],
   lost: ["bad", "✕", () => `no connection to the console for ${silence()}; what is shown is old; connecting again`],
   refused: ["bad", "✕", () => "the console wants its token"],
+  gone: ["bad", "✕", () => `no contact to ${state.chosen} since ${clock(stopped())}; what is shown is how it was`],
+  ended: ["bad", "■", () => `${state.chosen} has ended at ${clock(stopped())}; what is shown is how it was`],
 };
 
 const silence = () => lasted((performance.now() - (link.heard || link.since)) / 1000);
 
 let shown = "";
 
+/** What is said of the link: that to the console, and if that is there, the console's to the chosen run. */
+function wordOfLink() {
+  if (isStale() || !isOver()) return link.word;
+  return rowsOf(chosen(), "run").get("run").state === "ended" ? "ended" : "gone";
+}
+
 function drawLink() {
-  const [kind, sign, text] = LINKS[link.word];
+  const word = wordOfLink();
+  const [kind, sign, text] = LINKS[word];
   const words = text();
-  if (shown !== link.word) {
-    shown = link.word; // a reader of the screen is told of changes alone, and not each second
+  const what = `${word} ${word === "gone" || word === "ended" ? state.chosen : ""}`;
+  if (shown !== what) {
+    shown = what; // a reader of the screen is told of changes alone, and not each second
     byId("link").replaceChildren(badge(kind, sign, words));
   } else byId("link").firstChild.lastChild.textContent = ` ${words}`;
   document.body.classList.toggle("stale", isStale());
+  byId("content").classList.toggle("over", isOver());
   const form = byId("key");
   const needed = link.word === "refused" || (state.hello && !state.hello.may_ask);
   form.hidden = !needed;
@@ -89,6 +101,12 @@ function drawSystems() {
   for (const button of nav.children) button.draw();
 }
 
+/** Says that nobody knows whether an action was done, and what follows. */
+function doubt(name, { state: how, answer, doubt: action, waits }) {
+  const text = `${name} has answered ${answer} to ${action}: it is not known whether that was done.`;
+  return how === "lost" ? `${text} It is left out ${waits}.` : text;
+}
+
 /** Messages that need the operator's attention, the worst first. */
 function warnings() {
   const system = chosen(),
@@ -105,12 +123,14 @@ function warnings() {
       found.push(["warn", "!", `${name} has not answered ${row.action} for ${lasted(since)}; the mean is ${lasted(mean)}.`]);
     }
     if (row.answer === "failure" && !row.action) found.push(["warn", "!", `${name} has failed to do ${row.last}.`]);
+    if (row.doubt) found.push(["warn", "?", doubt(name, row)]);
   }
   const held = [...rowsOf(system, "actuators")].filter(([, row]) => row.on_hold).map(([name]) => name);
   if (held.length) found.push(["warn", "❚❚", `On hold: ${held.join(", ")}.`]);
   if (run.paused) found.push(["warn", "❚❚", "The run is paused: no action begins."]);
   for (const goal of rowsOf(system, "goals").values()) {
-    if (goal.ended === null && goal.why) found.push(["warn", "?", `${goal.request}: ${goal.why}`]);
+    const because = goal.ended === null && reason(goal);
+    if (because) found.push(["warn", "?", `${goal.request}: ${because}`]);
   }
   if (run.dropped && now() - run.dropped.time < NEWS) {
     found.push(["warn", "!", `A message was dropped at ${clock(run.dropped.time)}: ${run.dropped.text}`]);

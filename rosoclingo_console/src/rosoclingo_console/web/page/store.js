@@ -2,6 +2,8 @@
 
 const MOST_LINES = 500;
 
+export const STALE = 3500; // ms without a sign of life of the server
+
 export const state = {
   hello: null, // what this page may do
   beat: null, // the server's clocks, and when they were heard
@@ -66,8 +68,15 @@ export const rowsOf = (system, table) => system?.tables[table] ?? new Map();
 
 export const chosen = () => state.systems.get(state.chosen);
 
-/** The server's time in seconds, however this machine's clock is set. */
+/** Since when the chosen run has ended or is out of reach, in seconds; null while it goes on. A recorded run stays. */
+export const stopped = () => (state.hello?.recording ? null : (rowsOf(chosen(), "run").get("run")?.stopped ?? null));
+
+/**
+ * The server's time in seconds, however this machine's clock is set. It stands still at the last moment of which something
+ * is known: when the run has stopped, and without a sign of life of the server.
+ */
 export function now() {
   if (!state.beat) return Date.now() / 1000;
-  return state.beat.now + ((state.beat.rate ?? 1) * (performance.now() - state.beat.heard)) / 1000;
+  const since = Math.min(STALE, performance.now() - state.beat.heard);
+  return Math.min(state.beat.now + ((state.beat.rate ?? 1) * since) / 1000, stopped() ?? Infinity);
 }
