@@ -61,6 +61,7 @@ class Judged(World):
         self.is_paused = False  # for certain
         self.on_hold: Set[str] = set()  # likewise
         self.ends_soon = 0.0  # how often a life ends in its turn
+        self.let_go_before: Set[int] = set()
         self._seen: Set[Tuple[str, int]] = set()
         self._answers: List[Tuple[str, int]] = []
 
@@ -73,7 +74,11 @@ class Judged(World):
                 continue
             self._seen.add((run, one.number))
             named = Named(one.actuator, one.action, one.held_as)
-            needs = self.interlock.reason(one.actuator, one.action) is HoldReason.APPROVAL
+            # What was let go in the life before, the robot may hear only now.
+            needs = (
+                self.interlock.reason(one.actuator, one.action) is HoldReason.APPROVAL
+                and one.number not in self.let_go_before
+            )
             assert not self.is_paused, f"{named} begins, and the run is paused"
             assert one.actuator not in self.on_hold, f"{named} begins, and is on hold"
             self.begun.append((named, needs))
@@ -204,6 +209,13 @@ class Judged(World):
 
 class OperatedLife(Life):
     """A life in which operators hear what is held, and what becomes of their requests."""
+
+    def live(self) -> None:
+        assert isinstance(self._world, Judged)
+        snapshot = self.store.snapshot
+        last = [] if snapshot is None else snapshot.state.executions.last.values()
+        self._world.let_go_before = {one.number for one in last if not one.is_held}
+        super().live()
 
     def show_held(self, decided: OperatorState) -> None:
         world = self._world

@@ -5,8 +5,10 @@ from __future__ import annotations
 import contextlib
 import random
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Dict, Tuple
 
+import numpy as np
 import pytest
 from bag_maker import STORE, Maker, data, run, source, stamp, texts
 from hypothesis import given, settings
@@ -87,12 +89,23 @@ def test_programs(tmp_path: Path) -> None:
 def test_what_an_operator_held(tmp_path: Path) -> None:
     held: Dict[str, Any] = {
         "paused": True, "on_hold": ["lift"], "held": ["do(robot,go(2))"], "reasons": ["pause"],
+        "tokens": np.array([7], dtype=np.uint32), "rejected": ["do(robot,go(3))"],
+        "instead": ["do(robot,go(2),1)"],
     }  # fmt: skip
-    maker = run().add("held", 0.25).add("held", 0.75, **held)
+    nothing = {"tokens": np.array([], dtype=np.uint32)}
+    maker = run().add("held", 0.25, **nothing).add("held", 0.75, **held)
+    robot = ("robot", "go(2)", "pause")
+    rejected = ("robot", "go(3)", "do(robot,go(2),1)")
     assert read_recording(maker.write(tmp_path / "a.bag")).held == (
         (0.25, OperatorDecisions()),
-        (0.75, OperatorDecisions(True, ("lift",), (("robot", "go(2)", "pause"),))),
+        (0.75, OperatorDecisions(True, ("lift",), (robot,), (7,), (rejected,))),
     )
+
+
+def test_what_an_operator_held_as_older_messages_say() -> None:
+    held = SimpleNamespace(paused=False, on_hold=[], held=["do(robot,go(2))"], reasons=["approval"])
+    decisions = OperatorDecisions.of_message(held)
+    assert decisions == OperatorDecisions(held=(("robot", "go(2)", "approval"),), tokens=(0,))
 
 
 def test_feedback(tmp_path: Path) -> None:

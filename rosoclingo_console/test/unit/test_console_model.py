@@ -435,6 +435,7 @@ ALL_EVENTS = (
     journal.SearchEnded(journal.Ended.BETTER, (HOSTILE,)),
     journal.ActionPublished(HOSTILE, HOSTILE),
     journal.ActionRetried(HOSTILE, HOSTILE, 1, HOSTILE),
+    journal.ActionWithdrawn(HOSTILE, HOSTILE),
     journal.ActionTook(HOSTILE, HOSTILE, 1, float("inf")),
     journal.StatusSet(HOSTILE, Status.ABORTED, HOSTILE, HOSTILE),
     journal.LoopWaits(),

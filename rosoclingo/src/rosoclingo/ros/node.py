@@ -25,6 +25,7 @@ usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
               [_one_by_one_seconds:=SECONDS] [_seed_planner:=lama] [_why_seconds:=SECONDS]
               [_why_nice:=NUMBER] [_explain:=false] [_store:=FILE] [_resume:=fresh]
               [_solver_timeout:=SECONDS] [_ask_before:=PATTERNS]
+              [_ask_again:=SECONDS]
               [_diagnostics_period:=SECONDS] [_slow_seconds:=SECONDS] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""

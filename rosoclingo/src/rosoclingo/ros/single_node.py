@@ -31,6 +31,7 @@ usage: run-1.0.py --file FILE... [--theory dl] [clingo options]
                   [_one_by_one_seconds:=SECONDS] [_seed_planner:=lama]
                   [_threads:=NUMBER] [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false]
                   [_store:=FILE] [_resume:=fresh] [_ask_before:=PATTERNS]
+                  [_ask_again:=SECONDS]
                   [_diagnostics_period:=SECONDS] [_slow_seconds:=SECONDS] [ROS remappings]
 
 Plans and executes in one process, as the paper has it; a controller and a planner are not needed.

@@ -22,6 +22,7 @@ _KINDS: Mapping[str, Tuple[type, ...]] = {  # of the parameters by which a loop 
     "abort_unreachable": (bool,),
     "patience": (int, float),
     "ask_before": (list,),
+    "ask_again": (int, float),
     "policies": (dict,),
 }
 _RENAMED: Mapping[str, str] = {"search_seconds": "patience"}  # by their names in older bags
