@@ -329,11 +329,10 @@ def test_a_question_is_cancelled_for_another_one(make: Callable[..., Asked]) -> 
     asked = make(f"connection.send_bytes(b'ready'); {HANGS}")
     asked.cancel()  # nothing is asked
     with ThreadPoolExecutor(1) as thread:
-        for _ in range(2):
-            reply = thread.submit(asked.ask, task())
-            wait_for(lambda reply=reply: asked.cancel() or reply.done())
-            assert reply.result() == CANCELED
-            assert asked.pid is None
+        replies = [thread.submit(asked.ask, task()) for _ in range(2)]
+        wait_for(lambda: asked.cancel() or all(reply.done() for reply in replies))
+    assert [reply.result() for reply in replies] == [CANCELED, CANCELED]
+    assert asked.pid is None
     assert asked.warnings == []
 
 

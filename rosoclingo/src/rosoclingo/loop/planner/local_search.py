@@ -8,7 +8,7 @@ from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
 from rosoclingo.loop.planner.neighbourhoods import Neighbourhood, Neighbourhoods, is_restricted
-from rosoclingo.loop.planner.work import Clock
+from rosoclingo.loop.planner.work import SearchClock
 from rosoclingo.loop.values.solver import Solver
 
 _MOST = 2**31 - 1  # a cost at a priority of which nothing is known
@@ -43,7 +43,7 @@ class LocalSearch:
     solver: Solver
     neighbourhoods: Neighbourhoods
     cost: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]]
-    clock: Clock = field(default_factory=Clock)
+    clock: SearchClock = field(default_factory=SearchClock)
 
     def descend(
         self,

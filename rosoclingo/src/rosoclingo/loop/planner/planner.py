@@ -18,7 +18,7 @@ from rosoclingo.loop.planner.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.planner.requests import Requests, read_externals
 from rosoclingo.loop.planner.searching import Searching, read_summary
 from rosoclingo.loop.planner.shortening import cheapen, shorten
-from rosoclingo.loop.planner.work import Clock, Work, WorkClock
+from rosoclingo.loop.planner.work import SearchClock, Work, WorkClock
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.added import (
     AVOIDS,
@@ -570,7 +570,7 @@ class Planner(PlannerState):
             note=self.note,
             layers=self.layers,
             seed_planner=self._seed_planner,
-            clock=WorkClock(self._solver) if self.is_awaited else Clock(),
+            clock=WorkClock(self._solver) if self.is_awaited else SearchClock(),
             is_late=is_late,
             varies=self._varies,
         )

@@ -24,7 +24,7 @@ from rosoclingo.loop.planner.neighbourhoods import (
     is_restricted,
     says_choices,
 )
-from rosoclingo.loop.planner.work import Clock, Work, read_statistics
+from rosoclingo.loop.planner.work import SearchClock, Work, read_statistics
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo.loop.values.solver import Solver
@@ -71,7 +71,7 @@ class Searching:
     note: Callable[[SearchEnded], None]
     layers: LayersState
     seed_planner: Optional[Path]
-    clock: Clock
+    clock: SearchClock
     is_late: Callable[[], bool]
     varies: Callable[[], bool]
 

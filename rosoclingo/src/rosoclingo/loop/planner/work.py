@@ -9,7 +9,7 @@ same searches end in the same way each time.
 ...         return wire.Reply((wire.Stats({"problem": {"generator": {"vars": 20_000.0}}}),))
 >>> work = Work(Problem())
 >>> work.limit(1.0), work.limit(0.0)
-(ConflictLimit(conflicts=6600), ConflictLimit(conflicts=1))
+(ConflictLimit(conflicts=6666), ConflictLimit(conflicts=1))
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Work(Forwarding):
         return float(values or 0.0)
 
 
-class Clock:
+class SearchClock:
     """A clock for limits of searches: wall time, where robots wait for the plan.
 
     Attributes:
@@ -105,7 +105,7 @@ class Clock:
         return ()
 
 
-class WorkClock(Clock):
+class WorkClock(SearchClock):
     """A clock that shows the work done, where nothing waits and plans must be reproducible."""
 
     is_seen = False
