@@ -17,10 +17,11 @@ from journals import Journal, long_journal
 from matplotlib.figure import Figure
 
 from rosoclingo.bags.model import Recording
+from rosoclingo.bags.report import picture
 from rosoclingo.bags.report.command import main
 from rosoclingo.bags.report.page import data, render
 from rosoclingo.bags.report.picture import draw, label
-from rosoclingo.bags.report.rows import COLOURS
+from rosoclingo.bags.report.rows import COLOURS, LEGEND, Bar, Lane
 from rosoclingo.bags.report.run import Statistics
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.drawing.holds import OperatorDecisions
@@ -289,6 +290,33 @@ def test_a_label_does_not_reach_into_the_next_bar() -> None:
     first, second = axes.texts
     assert first.get_clip_box().x1 == pytest.approx(axes.transData.transform((3, 0))[0])
     assert second.get_clip_box().x1 == axes.bbox.x1
+    assert re.fullmatch("x+…", first.get_text())
+
+
+def test_a_bar_without_room_has_no_label() -> None:
+    axes = Figure().subplots()
+    axes.set_xlim(0, 100)
+    label(axes, "go(c12)", 2, 0, 3)
+    assert not axes.texts
+
+
+@pytest.mark.costly
+def test_the_legend_is_not_cut(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Not if all kinds of bars are there, either."""
+    figures: List[Figure] = []
+    monkeypatch.setattr(picture, "save", lambda figure, _: figures.append(figure))
+    used = {name: word for words in LEGEND.values() for name, word in words.items()}
+    bars = [Bar(0, 0, 1, name) for name in used]
+    monkeypatch.setattr(picture, "rows", lambda _: [Lane("all", "", bars)])
+    draw(long_journal(12).compute(), "run", tmp_path / "run.png")
+    (figure,) = figures
+    figure.draw_without_rendering()
+    legend = figure.axes[0].get_legend()
+    assert len(legend.get_texts()) == sum(map(len, LEGEND.values()))
+    around = legend.get_window_extent()
+    assert figure.bbox.x0 <= around.x0
+    assert around.x1 <= figure.bbox.x1
+    assert not any(around.overlaps(one.get_tightbbox()) for one in figure.axes[1:])
 
 
 @pytest.mark.costly

@@ -35,6 +35,11 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
+def cut(text: str, letters: int) -> str:
+    """Cuts a text to so many letters, of which the last one says that it is cut."""
+    return text if len(text) <= letters else f"{text[: letters - 1]}…"
+
+
 def draw_shapes(shapes: Sequence[Shape], title: str, file: Path) -> None:
     """Draws shapes as seen from above; there is one at least.
 

@@ -21,9 +21,13 @@ from rosoclingo.bags.report.rows import (
     rows,
 )
 from rosoclingo.bags.report.run import Statistics
-from rosoclingo.drawing.canvas import plain, save
+from rosoclingo.drawing.canvas import cut, plain, save
 
-_INCHES = (14.0, 8.4)
+_WIDTH, _LEAST_HEIGHT = 14.0, 8.4  # inches
+_CHARTS, _ROW = 4.6, 0.33  # likewise: the height of all but the time line, and of a row of it
+_LETTER = 0.066  # likewise: the width of one on a bar, on average
+_LEAST_LETTERS = 3  # of a name that is cut: fewer say nothing
+_LONGEST_NAME, _LONGEST_TITLE = 30, 150  # letters
 _MOST_COLUMNS = 400  # of a chart; each shows the largest value of its steps
 _THICK = 11.0  # bars and marks, in points
 _LEAST = 1 / 700  # of the time: a mark, so that it can be seen
@@ -41,19 +45,21 @@ def draw(statistics: Statistics, title: str, file: Path) -> None:
         OSError: The file cannot be written.
         ValueError: There are no pictures of this ending.
     """
-    figure = Figure(figsize=_INCHES, layout="constrained")
+    drawn = rows(statistics)
+    height = max(_LEAST_HEIGHT, _CHARTS + len(drawn) * _ROW)
+    figure = Figure(figsize=(_WIDTH, height), layout="constrained")
     axes: Dict[str, Any] = figure.subplot_mosaic(
-        [["time"] * 3, ["0", "1", "2"]], gridspec_kw={"height_ratios": [1.7, 1]}
+        [["time"] * 3, ["0", "1", "2"]],
+        gridspec_kw={"height_ratios": [height - _CHARTS, _CHARTS / 2]},
     )
-    figure.suptitle(plain(title))
-    _draw_time_line(axes["time"], statistics)
+    figure.suptitle(plain(cut(title, _LONGEST_TITLE)))
+    _draw_time_line(axes["time"], statistics, drawn)
     for number, chart in enumerate(charts(statistics)):
         _draw_chart(axes[str(number)], chart)
     save(figure, file)
 
 
-def _draw_time_line(axes: Any, run: Statistics) -> None:
-    drawn = rows(run)
+def _draw_time_line(axes: Any, run: Statistics, drawn: Sequence[Lane]) -> None:
     draw_rows(axes, drawn, run.began, run.ended, "s")
     goals = [row.bars for row in drawn if row.kind == "goals"]
     waiting = [
@@ -64,6 +70,9 @@ def _draw_time_line(axes: Any, run: Statistics) -> None:
         for bar, following in zip(bars, [*bars[1:], None]):
             end = None if following is None else following.began
             label(axes, run.goals[bar.number].name, bar.began, number, end)
+    for number, row in enumerate(drawn):
+        for bar in row.bars if row.kind == "actions" else ():
+            label(axes, run.actions[bar.number].name, bar.began, number, bar.ended)
     for restart in run.restarts:
         axes.axvline(restart.seconds, color=COLOURS["restart"], linewidth=1.2)
     used = {bar.colour for row in drawn for bar in row.bars}
@@ -71,8 +80,18 @@ def _draw_time_line(axes: Any, run: Statistics) -> None:
         Patch(color=COLOURS[name], label=f"{kind}: {word}")
         for kind, words in LEGEND.items() for name, word in words.items() if name in used
     ]  # fmt: skip
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.1),
-                ncol=max(1, min(len(handles), 6)), frameon=False)  # fmt: skip
+    _draw_legend(axes, handles)
+
+
+def _draw_legend(axes: Any, handles: Sequence[Patch]) -> None:
+    """Draws the legend below the axes, in as many columns as the picture is wide enough for."""
+    for columns in range(len(handles), 0, -1):
+        legend = axes.legend(
+            handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncol=columns,
+            frameon=False,
+        )  # fmt: skip
+        if legend.get_window_extent().width < axes.get_window_extent().width:
+            return
 
 
 def _accepted(run: Statistics, bar: Bar) -> float:
@@ -92,7 +111,8 @@ def draw_rows(axes: Any, drawn: Sequence[Lane], began: float, ended: float, unit
     """
     axes.set_xlim(began, max(ended, began + 0.1))
     _draw_bars(axes, drawn)
-    axes.set_yticks(range(len(drawn)), [plain(row.name) for row in drawn])
+    names = [plain(cut(row.name, _LONGEST_NAME)) for row in drawn]
+    axes.set_yticks(range(len(drawn)), names)
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(len(drawn) - 0.4, -0.6)
     axes.set_xlabel(unit)
@@ -103,10 +123,11 @@ def draw_rows(axes: Any, drawn: Sequence[Lane], began: float, ended: float, unit
 def _draw_bars(axes: Any, drawn: Sequence[Lane], colour: str = "") -> None:
     left, right = axes.get_xlim()
     least = 0.0 if colour else (right - left) * _LEAST
+    gap = least / 2  # so that two in a row are told apart
     for number, row in enumerate(drawn):
         axes.add_collection(
             LineCollection(
-                [((a, number), (max(b, a + least), number)) for _, a, b, _ in row.bars],
+                [((a, number), (max(b - gap, a + least), number)) for _, a, b, _ in row.bars],
                 colors=colour or [COLOURS.get(bar.colour, COLOURS["none"]) for bar in row.bars],
                 linewidths=_THICK,
                 capstyle="butt",
@@ -117,20 +138,27 @@ def _draw_bars(axes: Any, drawn: Sequence[Lane], colour: str = "") -> None:
 
 
 def label(axes: Any, text: str, begin: float, row: int, end: Optional[float] = None) -> None:
-    """Writes a text on a bar.
+    """Writes a text on a bar, as much of it as there is room for.
 
     Args:
         axes: Where.
         text: The text.
         begin: Where the bar begins.
         row: The number of its row.
-        end: Where it is cut off, so that it does not reach into the next one.
+        end: Where it has to end, so that it does not reach into the next one.
     """
+    if end is not None:
+        left, right = axes.get_xlim()
+        inches = axes.figure.get_figwidth() * axes.get_position().width
+        letters = int((end - begin) / (right - left) * inches / _LETTER) - 1
+        if letters < min(len(text), _LEAST_LETTERS):
+            return
+        text = cut(text, letters)
     written = axes.annotate(
         plain(text), (begin, row), (4, 0), textcoords="offset points",
         va="center", size=8, clip_on=True,
     )  # fmt: skip
-    if end is not None:
+    if end is not None:  # wide letters may need more room
         room = Rectangle((begin, row - 0.5), end - begin, 1, transform=axes.transData)
         written.set_clip_path(room)
 
@@ -145,7 +173,7 @@ def _draw_chart(axes: Any, chart: Chart) -> None:
             largest, edges, fill=chart.is_stacked, color=COLOURS[colour], label=name,
             linewidth=0.7 if chart.is_stacked else 1.6, baseline=0 if chart.is_stacked else None,
         )  # fmt: skip
-    axes.set_title(chart.title, size=10)
+    axes.set_title(chart.title, size=10, loc="left")
     axes.set_xlabel("steps since the start")
     axes.grid(axis="y", alpha=0.3)
     axes.set_axisbelow(True)
@@ -153,4 +181,7 @@ def _draw_chart(axes: Any, chart: Chart) -> None:
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylim(bottom=0)
     if steps:
-        axes.legend(frameon=False, fontsize=8)
+        axes.legend(  # above, where it hides nothing
+            frameon=False, fontsize=8, ncol=2, loc="lower right", bbox_to_anchor=(1.0, 1.0),
+            borderpad=0.0, borderaxespad=0.2, columnspacing=1.0,
+        )  # fmt: skip
