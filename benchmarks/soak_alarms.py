@@ -21,7 +21,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Callable, Dict, List, Match, NamedTuple, Optional, Sequence, Tuple
 
-from rosoclingo.loop.words import GIVEN_UP, UNKNOWN
+from rosoclingo.loop.words import GIVEN_UP, SUCCESS, UNKNOWN
 
 NO_NEWS = "it is a copy of an answer that was given in time"
 
@@ -197,6 +197,17 @@ class AlarmJudge:
         has_said = any(value in (UNKNOWN, *GIVEN_UP) for value in said)
         return "" if has_said else f"{found[1]} has not said so"
 
+    def _failure(self, alarm: Alarm, found: Match[str]) -> str:
+        near = [
+            one
+            for one in self._told.values()
+            if (one.order.actuator, one.order.action) == (found[1], found[2])
+            if one.since - _TOLERANCE_SECONDS <= alarm.wall
+        ]
+        if not near:
+            return f"{found[1]} was not told {found[2]}"
+        return "its action has succeeded" if near[-1].first == SUCCESS else ""
+
     def _rival(self, alarm: Alarm, found: Match[str]) -> str:
         other = found[1]
         return f"{other} is a part of the system" if other in _PLANNING else ""
@@ -246,6 +257,7 @@ _RULES: List[Tuple[str, re.Pattern[str], _Rule]] = [
         ("solver lost", r"waits until that node is there|waits for a so", AlarmJudge._lost_solver),
         ("solver lost", r"waiting for the solver |^starts, for ", AlarmJudge._lost_solver),
         ("no connection", r" does not listen to |connection failed", AlarmJudge._lost_node),
-        ("fault", r", as ~faults says|^fault \d+ ", AlarmJudge._holds),
+        ("the world", r", as ~faults says|^fault \d+ |^too slow: ", AlarmJudge._holds),
+        ("failed", r"^(\w+): (\w+\(.*?\)): ", AlarmJudge._failure),
     )
 ]

@@ -58,6 +58,10 @@ def found(judge: AlarmJudge, text: str, source: str = "/rosoclingo", wall: float
         ("the solver /planner went away; waits until that node is there, and", ""),
         ("goes on with the run in the store", "the node was not ended"),
         ("mailbot: go(3): is not done, as ~faults says", ""),
+        ("too slow: simulated time goes 8 times as fast as real time", ""),
+        ("r1: go(3): /r1/move_base ended the drive as ABORTED: no progress", ""),
+        ("r1: go(2): /r1/move_base ended the drive as ABORTED", "its action has succeeded"),
+        ("r1: go(9): /r1/move_base ended the drive as ABORTED", "r1 was not told go(9)"),
         ("something strange", "nothing is known of such a warning"),
     ],
 )  # fmt: skip
