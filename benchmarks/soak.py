@@ -184,6 +184,7 @@ class Soak:
     def _finish(self, end: float) -> int:
         options, watch = self._options, self._watch
         watch.finish(end)
+        watch.judge_alarms(end, math.inf)
         seconds = end - self._from
         hours = seconds / 3600
         memory = memory_trends(watch.memory, hours)
@@ -202,6 +203,7 @@ class Soak:
             describe_machine(),
         )
         options.output.write_text(render_soak(run, watch), encoding="utf-8")
+        print(f"warnings held against the robots' log: {dict(watch.alarms.counts)}", flush=True)
         print(f"{len(watch.violations)} violations; the page: {options.output}", flush=True)
         return 1 if watch.violations else 0
 

@@ -8,15 +8,21 @@ from typing import Dict, List
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rosgraph_msgs.msg import Log
 
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.loop.journal import Status, decode
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoActionResult,
+    ROSoClingoAnswer,
+    ROSoClingoDispatch,
     ROSoClingoEvent,
     ROSoClingoGoal,
+    ROSoClingoToken,
 )
+from soak_alarms import Alarm, Order
 from soak_watch import SoakWatch
 
 _AGAIN_SECONDS = 2.0  # of wall time, after which is sent again what nobody has acknowledged
@@ -51,6 +57,10 @@ class SoakClient:
             subscriber("rosoclingo/status", GoalStatusArray, self._on_statuses),
             subscriber("rosoclingo/result", ROSoClingoActionResult, self._on_result),
             subscriber("rosoclingo/journal", ROSoClingoEvent, self._on_event),
+            subscriber("rosoclingo/dispatch", ROSoClingoDispatch, self._on_dispatch),
+            subscriber("rosoclingo/answer", ROSoClingoAnswer, self._on_answer),
+            subscriber("/rosout", Log, self._on_log),
+            subscriber("/diagnostics", DiagnosticArray, self._on_diagnostics),
         ]
 
     def ask(self, request: str, is_sent_twice: bool, *, finds_slot: bool) -> str:
@@ -106,3 +116,24 @@ class SoakClient:
     def _on_event(self, message: ROSoClingoEvent) -> None:
         now = rospy.Time.now().to_sec()  # the message has wall time
         self._watch.learns(message.number, decode(message), now, time.monotonic())
+
+    def _on_dispatch(self, message: ROSoClingoDispatch) -> None:
+        orders = [
+            Order(one.number, one.id, one.action, one.state != ROSoClingoToken.ANSWERED)
+            for one in message.actions
+        ]
+        self._watch.tells(message.run, orders, rospy.Time.now().to_sec(), time.monotonic())
+
+    def _on_answer(self, message: ROSoClingoAnswer) -> None:
+        self._watch.answers(message.run, message.number, message.value, time.monotonic())
+
+    def _on_log(self, message: Log) -> None:
+        if message.level >= Log.WARN and message.name != rospy.get_name():
+            now, wall = rospy.Time.now().to_sec(), time.monotonic()
+            self._watch.warns(Alarm(message.name, message.msg, now, wall))
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        now, wall = rospy.Time.now().to_sec(), time.monotonic()
+        for status in message.status:
+            alarm = Alarm(status.name, status.message, now, wall)
+            self._watch.reports(alarm, is_well=status.level == DiagnosticStatus.OK)

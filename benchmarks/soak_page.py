@@ -79,6 +79,9 @@ def render_soak(run: SoakRun, watch: SoakWatch) -> str:
         _section("Events", _draw_incidents(watch.incidents, run)),
         _section("Memory", _draw_memory(watch.memory, run), _trends(run.memory)),
         _section("Latency", _draw_latencies(watch.latencies.samples, run), _trends(run.latencies)),
+        _section(
+            "Warnings", _table(("what is said", "held against the robots' log"), _warnings(watch))
+        ),
         _section("Counts", _table(("event", "count"), sorted(watch.counts.items()))),
     ]
     return f"""<!doctype html>
@@ -154,6 +157,11 @@ def _violations(violations: Sequence[Violation], began: float) -> str:
         for one in violations[:_MOST_DETAILS]
     )
     return _table(("simulated time", "what"), rows, "wrong") + rest + before
+
+
+def _warnings(watch: SoakWatch) -> List[Tuple[str, int]]:
+    """Returns how many warnings were held against the robots' log; false ones are violations."""
+    return sorted(watch.alarms.counts.items())
 
 
 def _trends(trends: Sequence[Trend]) -> str:

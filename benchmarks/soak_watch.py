@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 import threading
 from collections import Counter, deque
-from typing import Callable, Deque, Dict, List, Set
+from typing import Callable, Deque, Dict, List, Sequence, Set
 
 from rosoclingo.loop import journal
 from rosoclingo.loop.words import SUCCESS
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
 from rosoclingo_gazebo.demo.journal_validator import JournalValidator
+from soak_alarms import Alarm, AlarmJudge, Order
 from soak_latencies import ACKNOWLEDGED, BUSY, SoakLatencies, slow_down
 from soak_records import Incident, Violation, WatchedGoal, WatchedNode
 from soak_trends import Sample
@@ -39,6 +40,7 @@ class SoakWatch:
         counts: How often, by the kinds of incidents.
         latencies: What was measured.
         memory: In MiB, by nodes.
+        alarms: Judges warnings.
     """
 
     def __init__(self, graph: Map, say: Callable[[Violation], object]) -> None:
@@ -64,6 +66,7 @@ class SoakWatch:
         self.counts: Counter[str] = Counter()
         self.latencies = SoakLatencies()
         self.memory: Dict[str, List[Sample]] = {}
+        self.alarms = AlarmJudge()
 
     def sends(
         self, goal: str, request: str, seconds: float, wall: float, *, finds_slot: bool
@@ -142,6 +145,8 @@ class SoakWatch:
     def _learn(self, event: journal.Event, seconds: float, wall: float) -> None:
         if isinstance(event, journal.MessageArrived):
             self.latencies.arrives(wall)
+        if isinstance(event, journal.MessageDropped):
+            self.alarms.warns(Alarm(journal.LOOP, event.reason, seconds, wall))
         if isinstance(event, journal.StatusSet):
             self._set_status(event, seconds, wall)
         elif isinstance(event, journal.MessageArrived) and event.source in self._acts:
@@ -210,12 +215,39 @@ class SoakWatch:
         """The soak ends a node; goals that are under way take longer because of that."""
         with self._lock:
             self._nodes[node].is_ended = True
+            self.alarms.ends(node, wall)
             if node == journal.LOOP:
                 self._loop_ended = wall
             self.happens(seconds, how, node)
             self.latencies.forget_answers()
             for goal in self._goals.values():
                 goal.wall = -1.0
+
+    def tells(self, run: str, orders: Sequence[Order], seconds: float, wall: float) -> None:
+        """Actuators are told something, by ``~dispatch``."""
+        with self._lock:
+            self.alarms.tells(run, orders, seconds, wall)
+
+    def answers(self, run: str, number: int, value: str, wall: float) -> None:
+        """An interface answers with a token."""
+        with self._lock:
+            self.alarms.answers(run, number, value, wall)
+
+    def warns(self, alarm: Alarm) -> None:
+        """A node warns in its log."""
+        with self._lock:
+            self.alarms.warns(alarm)
+
+    def reports(self, alarm: Alarm, *, is_well: bool) -> None:
+        """A part of diagnostics says how it is."""
+        with self._lock:
+            self.alarms.reports(alarm, is_well=is_well)
+
+    def judge_alarms(self, seconds: float, wall: float) -> None:
+        """Judges the warnings that have come, but for the last ones."""
+        with self._lock:
+            for alarm, why in self.alarms.judge(wall):
+                self.wrong(seconds, f"a false alarm of {alarm.source}: {alarm.text}: {why}")
 
     def is_process(self, node: str, pid: int, seconds: float, wall: float) -> None:
         """A node has been looked for.

@@ -142,6 +142,7 @@ class SoakWorld:
             self._measured = now
             self._measure()
             self._watch.check(self.began + now)
+            self._watch.judge_alarms(self.began + now, time.monotonic())
 
     def _do(self, deed: _Deed) -> None:
         if isinstance(deed, Asking):

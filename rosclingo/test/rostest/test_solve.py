@@ -100,7 +100,7 @@ class TestSolve(SolverTestCase):
         self.assertEqual(
             (status, result.result, result.interrupted), ("PREEMPTED", "unknown", True)
         )
-        self.assertIn("newer goal", text)
+        self.assertEqual(text, f"ended by a newer goal of {rospy.get_name()}")
         new.wait_until_active()
         new.cancel()
         self.assertEqual(new.result()[0], "PREEMPTED")

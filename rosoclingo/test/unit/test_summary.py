@@ -56,6 +56,8 @@ def test_what_the_loop_does() -> None:
 def test_numbers_of_goals() -> None:
     assert text(Doing.WAITS, goals_open=1, goals_waiting=1).endswith(": 1 goal open, 1 waits")
     assert text(Doing.WAITS, goals_open=2, goals_waiting=3).endswith(": 2 goals open, 3 wait")
+    unserved = text(Doing.WAITS, goals_open=3, goals_unserved=3)
+    assert unserved.endswith(": 3 goals open, 3 wait"), "for a blocked way, for instance"
 
 
 def test_what_actuators_do() -> None:

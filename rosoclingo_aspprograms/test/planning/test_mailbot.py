@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 from pathlib import Path
-from typing import Callable, List, Optional
+from typing import Callable, List, Optional, Set, Tuple
 
 import pytest
 from draws import variants
@@ -28,6 +28,7 @@ from instance_map import InstanceMap
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Ground, Part, Result
+from rosoclingo.desk.system import System
 from rosoclingo.loop.planner.planner import Planner
 
 DYNAMIC = [FIXED, *INCREMENTAL]
@@ -399,3 +400,39 @@ def test_every_waypoint_of_the_office_has_its_position() -> None:
     for waypoint in {waypoint for edge in graph.edges for waypoint in edge}:
         assert text.count(f"position({waypoint},") == 1
     assert "position(open1,70,-80)." in text
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("mode", [DYN_RESET, SINGLE])
+def test_goals_that_wait_for_a_blocked_way_are_counted(mode: str) -> None:
+    """Among others, which are served; and none, as soon as the ways are free."""
+    episode = _office(mode, slots=3)
+
+    def count() -> Tuple[int, int]:
+        summary = episode.loop.state.summarize()
+        return summary.goals_open, summary.all_waiting
+
+    ways = ["c2,o2", "c2,o13", "c5,o8"]
+    for way in ways:
+        episode.tell("info", f"blocked({way})")
+    blocked = [episode.request(one) for one in ("bring(o2,o3)", "bring(o3,o13)", "bring(o8,o4)")]
+    assert episode.run() is None
+    assert count() == (3, 3)
+    assert not [goal for goal in blocked if goal.ended]
+    episode.tell("info", f"unblocked({ways.pop()})")
+    counts: Set[Tuple[int, int]] = set()
+
+    def turn() -> bool:
+        counts.add(count())
+        return System.turn(episode)
+
+    episode.turn = turn  # type: ignore[method-assign]
+    assert episode.run() is None
+    assert (3, 2) in counts
+    assert count() == (2, 2)
+    for way in ways:
+        episode.tell("info", f"unblocked({way})")
+    assert episode.run() is None
+    assert {goal.words[-1] for goal in blocked} == {"succeeded"}
+    assert (1, 0) in counts
+    assert count() == (0, 0)

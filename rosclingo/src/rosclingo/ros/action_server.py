@@ -60,12 +60,21 @@ _KEPT_MESSAGES = 100
 _KEPT_SECONDS = 60.0
 
 
+def _sender(message: Any) -> str:
+    header = getattr(message, "_connection_header", None) or {}
+    return str(header.get("callerid", ""))
+
+
 _Kept = Deque[Tuple[float, str, Any]]
 """Messages that their client was not connected for: when, for which node, and the message."""
 
 
 class LowLatencyActionServer(actionlib.ActionServer):
-    """actionlib's server, with TCP_NODELAY on all of its topics and a short status list."""
+    """actionlib's server, with TCP_NODELAY on all of its topics and a short status list.
+
+    Attributes:
+        canceled_by: The node from which the last cancel request came; empty if it is not known.
+    """
 
     def __init__(
         self,
@@ -98,6 +107,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._results: OrderedDict[str, Any] = OrderedDict()  # by the goals' ids, likewise
         self._results_kept = results_kept
         self._is_canceling = False
+        self.canceled_by = ""
         self._repeats = False  # whether statuses are repeated
         self._has_changed = threading.Event()  # a status, and it has not been published
         self._published_at = 0.0
@@ -255,6 +265,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         """
         with self.lock:
             self._is_canceling = True
+            self.canceled_by = _sender(goal_id)
             try:
                 self._cancel(goal_id)
             finally:

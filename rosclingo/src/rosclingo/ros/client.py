@@ -32,6 +32,9 @@ OWN_RESTARTS_HEADER = "only_own_restarts"
 """The field in the headers of a client's connections by which it is refused all but a restart,
 unless the last restart of the solver was its own."""
 
+ENDED_BY = " of "
+"""Stands in the status text of a search before the name of the client that has ended it."""
+
 _POLL_SECONDS = 0.01  # how often a waiting call looks whether it is to stop
 _LOST = (rospy.ServiceException, rospy.ROSException, TransportException, OSError)
 # How long the connections of a node that says that it ends do not count. It ends sooner than that,
@@ -312,7 +315,11 @@ class Client:
         if status.status != GoalStatus.SUCCEEDED and not ended:
             raise ServiceError(f"{self.name} ended the goal as {_word(status)}: {status.text}")
         try:
-            return Outcome(Result(result.result), result.interrupted, tuple(result.answerset))
+            symbols = tuple(result.answerset)
+            # An earlier process of this node's name is no other client.
+            name = "" if canceled or self._abandoned else status.text.rpartition(ENDED_BY)[2]
+            ended_by = name if result.interrupted and name != rospy.get_name() else ""
+            return Outcome(Result(result.result), result.interrupted, symbols, ended_by)
         except ValueError as err:
             raise ServiceError(
                 f"{self.name} is no solver: its result is {result.result!r}, not sat, unsat or "

@@ -20,7 +20,7 @@ from rosclingo.health import Health
 from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
 from rosclingo.ros import parameters
 from rosclingo.ros.action_server import LowLatencyActionServer
-from rosclingo.ros.client import OWN_RESTARTS_HEADER
+from rosclingo.ros.client import ENDED_BY, OWN_RESTARTS_HEADER
 from rosclingo.ros.diagnostics import DiagnosticsPublisher, read_parameters
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import end_wrong, init_node, log_clingo, on_shutdown, spin
@@ -85,9 +85,16 @@ class GoalJob(Job):
         if not outcome.interrupted or self.reason is None:
             self._goal.set_succeeded(result)
         elif self.reason in (Stop.CANCELED, Stop.REPLACED):
-            self._goal.set_canceled(result, self.reason.value)
+            self._goal.set_canceled(result, self._why)
         else:
-            self._abort(result, self.reason.value)
+            self._abort(result, self._why)
+
+    @property
+    def _why(self) -> str:
+        assert self.reason is not None
+        return (
+            f"{self.reason.value}{ENDED_BY}{self.ended_by}" if self.ended_by else self.reason.value
+        )
 
     def failed(self, message: str) -> None:
         """Aborts the goal."""
@@ -224,7 +231,7 @@ class SolverNode:
         # Runs under actionlib's lock: nothing here may wait.
         job = self._jobs.get(goal.get_goal_id().id)
         if job is not None:
-            self.worker.cancel(job)
+            self.worker.cancel(job, self._server.canceled_by)
 
     def _check_size(self, text: str) -> None:
         size = len(text.encode("utf-8", "surrogatepass"))

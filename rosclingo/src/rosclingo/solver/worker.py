@@ -64,6 +64,7 @@ class Job:
         assumptions: What to assume.
         caller: Who has asked for it.
         reason: Why the call was asked to end; None as long as it was not.
+        ended_by: The name of the client that has asked for that; empty if it is not known.
         begun: Whether it is the job's turn.
         ended: Whether the worker is through with the job.
     """
@@ -72,13 +73,19 @@ class Job:
         self.assumptions = tuple(assumptions)
         self.caller = caller
         self.reason: Optional[Stop] = None
+        self.ended_by = ""
         self.begun = False
         self.ended = False
 
-    def stop(self, reason: Stop) -> None:
-        """Asks the call to end. Thread-safe, returns at once; the first reason counts."""
+    def stop(self, reason: Stop, by: str = "") -> None:
+        """Asks the call to end. Thread-safe, returns at once; the first reason counts.
+
+        Args:
+            reason: Why it is to end.
+            by: The name of the client that wants it; empty if it is not known.
+        """
         if self.reason is None:
-            self.reason = reason
+            self.ended_by, self.reason = by, reason
 
     def stopped(self) -> bool:
         """Whether the call was told to stop."""
@@ -125,7 +132,7 @@ class Worker:
         with self._lock:
             if self._closing:
                 return wire.Reply(failure=SHUTTING_DOWN)
-            self._stop_open(Stop.CONTROL)
+            self._stop_open(Stop.CONTROL, caller.name)
             self._requests.put((commands, caller, reply))
         return reply.result()
 
@@ -133,16 +140,21 @@ class Worker:
         """Ends open solve calls and queues this one; returns at once."""
         with self._lock:
             if not self._closing:
-                self._stop_open(Stop.REPLACED)
+                self._stop_open(Stop.REPLACED, job.caller.name)
                 self._open.append(job)
                 self._requests.put(job)
                 return
         job.stop(Stop.SHUTDOWN)
         self._run_job(job)  # in the caller's thread, because the worker's may have ended
 
-    def cancel(self, job: Job) -> None:
-        """Ends a solve call; returns at once, and may be called under any lock."""
-        job.stop(Stop.CANCELED)
+    def cancel(self, job: Job, by: str = "") -> None:
+        """Ends a solve call; returns at once, and may be called under any lock.
+
+        Args:
+            job: The call.
+            by: The name of the client that wants it; empty if it is not known.
+        """
+        job.stop(Stop.CANCELED, by)
         self._stopped.put(job)
 
     def close(self) -> None:
@@ -170,9 +182,9 @@ class Worker:
         self._thread.join(timeout)
         return not self._thread.is_alive()
 
-    def _stop_open(self, reason: Stop) -> None:
+    def _stop_open(self, reason: Stop, by: str = "") -> None:
         for job in self._open:
-            job.stop(reason)
+            job.stop(reason, by)
             self._stopped.put(job)
 
     def _end_stopped(self) -> None:

@@ -236,11 +236,14 @@ class Outcome:
         interrupted: Whether the call was told to stop before it was through.
         symbols: The shown symbols of the last model, as text; with an optimisation statement, of
             the best one. Those of an interrupted call are the last that it had found.
+        ended_by: The other client whose request has interrupted the call; empty if none has, or
+            that is not known.
     """
 
     result: Result
     interrupted: bool = False
     symbols: Tuple[str, ...] = ()
+    ended_by: str = ""
 
 
 def command_name(command: Command) -> str:

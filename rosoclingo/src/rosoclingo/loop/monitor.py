@@ -65,6 +65,7 @@ class LoopSummary:
         is_through: Whether the mode is through with its work, as when its plan is published.
         goals_open: How many goals have a slot and have not ended.
         goals_waiting: How many wait for a slot.
+        goals_unserved: How many of those with a slot the plan does not serve.
         untold: How many messages and cancel requests the planner does not know yet.
         is_paused: Whether an operator has paused the run.
         on_hold: The actuators that an operator has put on hold.
@@ -81,6 +82,7 @@ class LoopSummary:
     is_through: bool = False
     goals_open: int = 0
     goals_waiting: int = 0
+    goals_unserved: int = 0
     untold: int = 0
     is_paused: bool = False
     on_hold: Tuple[str, ...] = ()
@@ -88,6 +90,11 @@ class LoopSummary:
     timed_out: FrozenSet[str] = frozenset()
     run: str = ""
     executions: Tuple[Execution, ...] = ()
+
+    @property
+    def all_waiting(self) -> int:
+        """How many goals wait, for a slot or for what the plan needs to serve them."""
+        return self.goals_waiting + self.goals_unserved
 
 
 class LoopMonitor:

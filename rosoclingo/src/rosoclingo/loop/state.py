@@ -86,7 +86,10 @@ class State(Progress):
         abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
         ask_again: After how many seconds an operator is asked again about an action that was
             rejected, if nothing has changed before.
+        serves_all: Whether each plan serves all goals, so that it does not say when they end.
     """
+
+    serves_all = False
 
     def __init__(
         self,
@@ -274,6 +277,7 @@ class State(Progress):
             is_through=self.ended,
             goals_open=len(self.goals.open),
             goals_waiting=len(self.goals.queued),
+            goals_unserved=self._count_unserved(),
             untold=len(mail.messages) + len(mail.cancels),
             is_paused=is_paused,
             on_hold=on_hold,
@@ -282,6 +286,23 @@ class State(Progress):
             run=executions.run,
             executions=tuple(executions.ordered),
         )
+
+    def _count_unserved(self) -> int:
+        """Counts the goals with a slot that the plan does not serve, as when their way is blocked.
+
+        What is planned for a goal ends it, by a status, or is said to serve it.
+        """
+        step = min([self.step, *self.held])
+        if self.serves_all:
+            acts = self.executions.is_awaited or self.plan.actions_from(step)
+            return 0 if acts else len(self.goals.open)
+        ends = {
+            slot
+            for slot, word in self.plan.statuses_from(step)
+            if word in journal.TERMINAL_STATUSES
+        }
+        ends |= {slot for slot, action in self.plan.serving.items() if action.step >= step}
+        return sum(goal.slot not in ends for goal in self.goals.open)
 
     def _take_answer(self, one: Execution, answer: str) -> Optional[str]:
         """Notes whose answers are missing; returns what the planner is told, if anything."""

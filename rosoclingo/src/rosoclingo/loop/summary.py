@@ -94,7 +94,7 @@ def summary_text(
         end: Why the loop has ended; empty if it has not.
     """
     loop = f"has ended ({shorten(end)})" if end else _loop_text(doing, summary)
-    step, goals, waiting = summary.step, summary.goals_open, summary.goals_waiting
+    step, goals, waiting = summary.step, summary.goals_open, summary.all_waiting
     place = f"step {step} of {max(step, summary.horizon)}"
     slots = f"{goals} goal{'' if goals == 1 else 's'} open"
     queue = f"{waiting} wait{'s' if waiting == 1 else ''}"

@@ -108,7 +108,7 @@ class LoopDiagnostics(DiagnosticsPublisher):
                 step=summary.step,
                 horizon=summary.horizon,
                 goals_open=summary.goals_open,
-                goals_waiting=summary.goals_waiting,
+                goals_waiting=summary.all_waiting,
                 seconds_since_decision=_seconds(since(monitor.decided, now)),
                 seconds_of_last_search=_seconds(monitor.searched),
                 age=_seconds(since(summary.time, now)),

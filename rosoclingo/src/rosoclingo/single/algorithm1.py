@@ -252,6 +252,10 @@ def commands_for(
     class PaperCommands(Commands):
         """Commands for encodings without statuses: goals succeed at the end of the plan."""
 
+        def __init__(self, state: State) -> None:
+            super().__init__(state)
+            state.serves_all = True
+
         def status_update(self, step: clingo.Symbol) -> None:
             """Sets the goals' statuses as the plan has them in a step."""
             super().status_update(step)

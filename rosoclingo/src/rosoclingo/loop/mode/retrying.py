@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Callable, Optional, Sequence
+from typing import Callable, Optional, Sequence, Set
 
 from rosclingo.wire.commands import Assumed, Improvement, Outcome
 from rosoclingo.errors import OutsideError
@@ -37,20 +37,39 @@ class RetryingSolver(Forwarding):
         """Searches until there is a result or ``stopped`` is true; retries if others interrupt it.
 
         Raises:
-            OutsideError: Somebody else has ended the search again and again.
+            OutsideError: It is interrupted again and again.
         """
+        is_told = False
+
+        def is_stopped() -> bool:
+            nonlocal is_told  # it may be false again when the search has ended
+            is_told = is_told or (stopped is not None and stopped())
+            return is_told
+
+        others: Set[str] = set()
         for _ in range(_TRIES):
-            outcome = super().solve(assumptions, stopped, improved)
-            if not outcome.interrupted or (stopped is not None and stopped()):
+            outcome = super().solve(assumptions, is_stopped, improved)
+            if not outcome.interrupted or is_stopped():
                 return outcome
-            if not self._warned:
-                self._warned = True
-                self._warn(
-                    f"a search of {self._name} was ended by a goal, cancel or control request of "
-                    f"somebody else, and is tried again; leave {self._name}/goal and "
-                    f"{self._name}/cancel out of what rosbag plays, and let nobody else use it"
-                )
+            if outcome.ended_by:
+                others.add(outcome.ended_by)
+                self._warn_of(outcome.ended_by)
+        if others:
+            raise OutsideError(
+                f"{_TRIES} times, the same search of {self._name} was ended, also by "
+                f"{', '.join(sorted(others))}: does another rosoclingo use that solver? Give each "
+                "its own (~controller, ~planner)"
+            )
         raise OutsideError(
-            f"{_TRIES} times, others have ended the same search of {self._name}: does another "
-            "rosoclingo use that solver? Give each its own (~controller, ~planner)"
+            f"{_TRIES} times, the same search of {self._name} was interrupted, and no other node "
+            "is known to have done that: see what its terminal says, and which options it has"
         )
+
+    def _warn_of(self, other: str) -> None:
+        if not self._warned:
+            self._warned = True
+            self._warn(
+                f"a search of {self._name} was ended by a goal, cancel or control request of "
+                f"{other}, and is tried again; leave {self._name}/goal and {self._name}/cancel out "
+                "of what rosbag plays, and let no other node use it"
+            )

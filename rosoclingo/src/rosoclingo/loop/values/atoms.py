@@ -150,6 +150,10 @@ class Plan:
         """Returns the pairs of slot id and status of a step, ``accepted`` before the others."""
         return sorted(self._statuses.get(step, ()), key=lambda pair: (pair[1] != "accepted", pair))
 
+    def statuses_from(self, step: int) -> List[Tuple[str, str]]:
+        """Returns the pairs of a step and of all after it."""
+        return [one for other, said in self._statuses.items() if other >= step for one in said]
+
     def feedback(self) -> List[Tuple[str, str]]:
         """Returns the pairs of slot id and line of feedback: a term's name and arguments."""
         atoms = (text for text in self.symbols if text.startswith(_FEEDBACK))
