@@ -172,6 +172,8 @@ class LoopNode:
             return ActionClient(restore_goal(self._server, goal), self._loop.state.note)
 
         self._goals = durability.resume(self._loop.state, client)
+        if self._environment.questions is not None:
+            self._environment.questions.resume()
         for goal in durability.ended:
             self._server.remember_result(status_of(goal), ROSoClingoResult(goal.status.value))
         ended = [(goal, restore_goal(self._server, goal)) for goal in durability.unsure]
