@@ -27,6 +27,7 @@ class Case(NamedTuple):
     usual: Set[Pair]
     observed: Set[Pair]
     excludes: Set[Pair]
+    ended: Set[Pair]  # a cause, and what it says nothing of any more
 
     @property
     def facts(self) -> List[CaseFact]:
@@ -37,6 +38,7 @@ class Case(NamedTuple):
             *(f"usual({o},{x})" for o, x in sorted(self.usual)),
             *(f"observed({o},{x})" for o, x in sorted(self.observed)),
             *(f"excludes({c},{d})" for c, d in sorted(self.excludes)),
+            *(f"ended({c},{o})" for c, o in sorted(self.ended)),
         ]
         return [(term.name, tuple(term.arguments)) for term in map(parse_term, texts)]
 
@@ -47,6 +49,7 @@ def draw(dice: random.Random) -> Case:
     values = ["x", "y", "z"]
     pairs = [(place, value) for place in places for value in values]
     links = [(cause, pair) for cause in causes for pair in pairs]
+    both = [(cause, place) for cause in causes for place in places]
     return Case(
         weights={cause: dice.randint(1, 4) for cause in causes},
         makes=set(dice.sample(links, dice.randint(0, len(links) // dice.choice([2, 8])))),
@@ -56,6 +59,7 @@ def draw(dice: random.Random) -> Case:
         excludes={
             (dice.choice(causes), dice.choice(causes)) for _ in range(dice.choice([0, 0, 1]))
         },
+        ended=set(dice.sample(both, dice.choice([0, len(both) // 4]))),
     )
 
 
@@ -79,9 +83,10 @@ def enumerated(case: Case) -> Iterator[Found]:
 
 
 def is_possible(case: Case, so: Set[str], pair: Pair) -> bool:
-    if any((cause, pair) in case.makes | case.may_make for cause in so):
+    active = {cause for cause in so if (cause, pair[0]) not in case.ended}
+    if any((cause, pair) in case.makes | case.may_make for cause in active):
         return True
-    speaks = any(cause in so and said[0] == pair[0] for cause, said in case.makes)
+    speaks = any(cause in active and said[0] == pair[0] for cause, said in case.makes)
     return pair in case.usual and not speaks
 
 
@@ -89,6 +94,7 @@ def is_possible(case: Case, so: Set[str], pair: Pair) -> bool:
 def test_explanations_are_those_of_an_enumeration(block: int) -> None:
     """Weights, ties, order, what is certain and what is possible, of 100 random worlds each."""
     sizes = set()
+    kinds: Set[str] = set()
     for seed in range(100 * block, 100 * block + 100):
         dice = random.Random(seed)
         case, most, margin = draw(dice), dice.randint(1, 6), dice.randint(0, 4)
@@ -103,7 +109,10 @@ def test_explanations_are_those_of_an_enumeration(block: int) -> None:
         assert set(texts(found.certain)) == set.intersection(*(set(one[2]) for one in best)), seed
         assert set(texts(found.possible)) == set.union(*(set(one[2]) for one in best)), seed
         sizes |= {len(kept), -len(best)}
+        kinds |= {"left open"} if best[0][3] and best[0][2] else set()
+        kinds |= {"ended"} if case.ended.intersection((c, o) for c, (o, _) in case.makes) else set()
     assert {1, 2, -1, -2} <= sizes  # there were ties, and cases with several explanations
+    assert kinds == {"left open", "ended"}
 
 
 def texts(symbols: object) -> Tuple[str, ...]:

@@ -143,6 +143,8 @@ def test_one_node(terminals: Terminals, tmp_path: Path) -> None:
     os.kill(process, signal.SIGSTOP)
     asked = terminals.start("rosrun", "rosoclingo", "why.py")
     asked.wait_for("waiting for /rosoclingo/why, which computes the answer, for ")
+    for _ in range(4):  # which waits for no other question, and for no process
+        assert why(terminals, "--happened", "go(2)").startswith("go(2) was never done")
     node.interrupt()
     assert node.wait() == 0
     assert asked.wait() == 1

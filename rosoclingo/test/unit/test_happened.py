@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import Any, List, Sequence, Tuple
+from pathlib import Path
+from typing import List, Sequence, Tuple
 
 import pytest
 from conftest import PACKAGE
@@ -12,17 +13,24 @@ from rosclingo.errors import TermError
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import System
+from rosoclingo.loop.journal import (
+    ActionPublished,
+    ActionRetried,
+    BeliefsChanged,
+    CommandDone,
+    MessageArrived,
+    Record,
+)
+from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.why.answers import Happened
-from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.happened import happened
-from rosoclingo.why.phrases import Phrases
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.past import Deed, Past, PastReader, deeds_of
 
 MAILBOT = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot"
 OFFICE = Options(
     tuple(str(MAILBOT / file) for file in ("instances/graph_wg.lp", "mailbot_causes.lp"))
 )
-PHRASES = Phrases((
+PHRASES = TermPhrases((
     ("shut(W,N)", "the door of W is shut"),
     ("flat(R)", "the battery of R is flat"),
     ("jam(W)", "W is full"),
@@ -86,7 +94,7 @@ DONE = told("go(b) failure", "go(a) success", "lift busy", "wait")
 )
 def test_causes(beliefs: Sequence[str], text: str) -> None:
     known = (("observes(d,failure,1)", 1), ("observes(e,success,2)", 2))
-    answer = happened("go(b)", Situation(told=DONE, beliefs=tuple(beliefs), known=known), PHRASES)
+    answer = happened("go(b)", Past(deeds_of(DONE), beliefs=tuple(beliefs), known=known), PHRASES)
     assert answer.text == text
     assert (answer.actuator, answer.step, answer.answer) == ("r", 1, "failure")
 
@@ -104,7 +112,7 @@ def test_causes(beliefs: Sequence[str], text: str) -> None:
     ],
 )  # fmt: skip
 def test_actions_of_which_nothing_is_noted(asked: str, text: str) -> None:
-    assert happened(asked, Situation(told=DONE), PHRASES).text == text
+    assert happened(asked, Past(deeds_of(DONE)), PHRASES).text == text
 
 
 def test_the_last_time_counts() -> None:
@@ -112,29 +120,50 @@ def test_the_last_time_counts() -> None:
     again = ("observes(d,failure,2)", "is_about(d,2,r,go(b))", "speaks_for(shut(b,1),d,2)")
     known = ((SEEN[0], 1), (again[0], 2))
     beliefs = (*SEEN, *SHUT, *again)
-    situation = Situation(told=events[:4], beliefs=beliefs, known=known)
-    assert happened("go(b)", situation, PHRASES).text == f"{PROBABLY}.".replace("step 1", "step 2")
-    assert happened("do(r,go(b),1)", situation, PHRASES).text == f"{PROBABLY}."
-    situation = Situation(told=events, beliefs=beliefs, known=known)
-    assert happened("go(b)", situation, PHRASES).text == (
+    past = Past(deeds_of(events[:4]), beliefs=beliefs, known=known)
+    assert happened("go(b)", past, PHRASES).text == f"{PROBABLY}.".replace("step 1", "step 2")
+    assert happened("do(r,go(b),1)", past, PHRASES).text == f"{PROBABLY}."
+    past = Past(deeds_of(events), beliefs=beliefs, known=known)
+    assert happened("go(b)", past, PHRASES).text == (
         "go(b) of r succeeded in step 3. Before that, go(b) of r failed in step 2, probably "
         "because the door of b is shut."
     )
 
 
 def test_after_a_reset() -> None:
-    situation = Situation(
-        told=("event(save,at(r,a),0)",), beliefs=(*SEEN, *SHUT), known=((SEEN[0], -2),)
-    )
+    past = Past(was_reset=True, beliefs=(*SEEN, *SHUT), known=((SEEN[0], -2),))
     lead = "go(b) of r failed before the last reset, probably because"
-    assert happened("go(b)", situation, PHRASES).text == f"{lead} the door of b is shut."
+    assert happened("go(b)", past, PHRASES).text == f"{lead} the door of b is shut."
     text = "go(a) was not done since the last reset, as far as is known."
-    assert happened("go(a)", situation, PHRASES).text == text
+    assert happened("go(a)", past, PHRASES).text == text
 
 
 def test_what_is_no_term_is_refused() -> None:
     with pytest.raises(TermError, match="is not a ground term"):
-        happened("go(", Situation(), PHRASES)
+        happened("go(", Past(), PHRASES)
+
+
+def test_the_journal_is_read() -> None:
+    """Busy answers end no action, tries that are repeated are one, a reset counts steps anew."""
+    events = [
+        (1, ActionPublished("r", "go(b)")), (1, MessageArrived("r", "busy")),
+        (2, MessageArrived("info", "blocked(a,b)")), (2, MessageArrived("r", "failure")),
+        (2, ActionRetried("r", "go(b)", 1, "failure")), (2, MessageArrived("r", "lost")),
+        (2, MessageArrived("r", "success")), (3, ActionPublished("s", "lift")),
+        (3, BeliefsChanged(SEEN)),
+    ]  # fmt: skip
+    reader = PastReader()
+    for step, event in events:
+        reader.hear(Record(event, step))
+    assert reader.now() == Past(
+        (Deed(1, "r", "go(b)", "lost"), Deed(3, "s", "lift")), False, SEEN, ((SEEN[0], 3),)
+    )
+    again = PastReader()
+    again.take_over(reader.now())
+    for one in (reader, again):
+        one.hear(Record(CommandDone("forget(2)"), 3))
+        one.hear(Record(MessageArrived("s", "success"), 1))
+        assert one.now() == Past((Deed(1, "s", "lift", "success"),), True, SEEN, ((SEEN[0], 0),))
 
 
 class Office(System):
@@ -157,10 +186,16 @@ def test_the_mailbot() -> None:
     state = run.loop.state
     assert state.step > 20  # more than a copy of the planner is told one by one
 
-    def ask(action: str, **more: Any) -> Happened:
-        return Explainer(OFFICE, Situation.of(state, **more)).happened(action)
+    reader = PastReader()
+    for entry in run.journal:
+        reader.hear(entry)
+    assert reader.now() == Past.of(state)  # so that a node that is started again says the same
+    phrases = TermPhrases.read(Path(file).read_text() for file in OFFICE.files)
 
-    answer = ask("go(c6)", whole=True)
+    def ask(action: str) -> Happened:
+        return happened(action, reader.now(), phrases)
+
+    answer = ask("go(c6)")
     assert re.match(
         r"go\(c6\) of mailbot failed in step \d+, probably because something stands between c6 and "
         "open1; .*it may also be that .*the wheels of mailbot are stuck.*, but then "
@@ -169,4 +204,4 @@ def test_the_mailbot() -> None:
     )
     assert answer.because == ("blocked(c6,open1,1)",)
     assert "stuck(mailbot,1)" in answer.refuted
-    assert ask("go(o1)", whole=True).text == "go(o1) of mailbot succeeded in step 2."
+    assert ask("go(o1)").text == "go(o1) of mailbot succeeded in step 2."

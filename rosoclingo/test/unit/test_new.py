@@ -17,7 +17,6 @@ from bag_maker import ROOT
 from conftest import PACKAGE, exit_status
 
 from rosclingo.solver.options import Options
-from rosclingo.solver.programs import parse_files
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.startup import check, starts
@@ -129,7 +128,7 @@ def test_clingo_has_nothing_to_say_of_the_encoding(package: Path) -> None:
 
 
 def test_the_encoding_says_what_its_terms_mean(package: Path) -> None:
-    phrases = Phrases.read(parse_files([str(package / "encoding/robot.lp")]))
+    phrases = Phrases.read([(package / "encoding/robot.lp").read_text()])
     assert phrases.of("visit(hall)") == "the robot is to be at hall"
 
 

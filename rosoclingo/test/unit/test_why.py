@@ -20,7 +20,6 @@ from draws import draws
 from waiting import wait_for
 
 from rosclingo.solver.options import Options
-from rosclingo.solver.programs import parse_files
 from rosclingo.wire.commands import (
     AssignExternal,
     Assumption,
@@ -748,7 +747,7 @@ def test_phrases_are_read(tmp_path: Path) -> None:
         '#program phrases. phrase("visit(X)", "X is to be visited").'
         'phrase("close(X)", "cell X is closed"). phrase("pair(X,X)", "X twice").'
     )
-    phrases = Phrases.read(parse_files((LINE, str(file))))
+    phrases = Phrases.read([file.read_text()])
     assert phrases.of("close(f(3))") == "cell f(3) is closed"
     assert phrases.of("pair(a,b)") == "pair(a,b)"
     situation = Situation(

@@ -24,16 +24,16 @@ from clingo import Function, Number, Symbol
 
 _RULES = """
 { so(C) : cause(C,W) }.
-spoken(O) :- so(C), makes(C,O,X).
-can(O,X) :- so(C), makes(C,O,X).
-can(O,X) :- so(C), may_make(C,O,X).
+spoken(O) :- so(C), makes(C,O,X), not ended(C,O).
+can(O,X) :- so(C), makes(C,O,X), not ended(C,O).
+can(O,X) :- so(C), may_make(C,O,X), not ended(C,O).
 can(O,X) :- usual(O,X), not spoken(O).
 left(O) :- observed(O,X), not can(O,X).
 :- so(C), so(D), excludes(C,D), C != D.
 #minimize { 1@2,left(O) : left(O) }.
 #minimize { W@1,so(C) : so(C), cause(C,W) }.
 #minimize { 1@2,always; 1@1,always }.
-#defined cause/2. #defined usual/2. #defined observed/2. #defined excludes/2.
+#defined cause/2. #defined usual/2. #defined observed/2. #defined excludes/2. #defined ended/2.
 #defined makes/3. #defined may_make/3.
 #show so/1. #show left/1.
 """
@@ -114,6 +114,7 @@ _KINDS: Mapping[str, Tuple[str, ...]] = {
     "usual": ("observation", "value"),
     "observed": ("observation", "value"),
     "excludes": ("cause", "cause"),
+    "ended": ("cause", "observation"),
     "makes": ("cause", "observation", "value"),
     "may_make": ("cause", "observation", "value"),
 }

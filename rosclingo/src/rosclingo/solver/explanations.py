@@ -7,6 +7,7 @@ A case G is said by facts, with G as their last argument:
 * ``cause(C,W,G)``: C may be so; that is surprising by W, a whole number from 1 to 1,000,000
 * ``makes(C,O,X,G)``: if C is so, X may be observed of O, and what is usual may not
 * ``may_make(C,O,X,G)``: if C is so, X may be observed of O, as well as what is usual
+* ``ended(C,O,G)``: C had ended before O was observed, and makes nothing of it
 * ``excludes(C,D,G)``: C and D are not both so
 
 An *explanation* is a set of causes with which all may be observed that was, and that can spare none
@@ -55,7 +56,9 @@ from rosclingo.solver.new_facts import NewFacts
 EXPLANATIONS = "explanations"
 """The function, with a case, how many explanations at most, and how much worse than the best."""
 
-_ARITIES = {"cause": 3, "usual": 3, "observed": 3, "excludes": 3, "makes": 4, "may_make": 4}
+_ARITIES = {
+    "cause": 3, "usual": 3, "observed": 3, "excludes": 3, "ended": 3, "makes": 4, "may_make": 4,
+}  # fmt: skip
 
 MOST_SURPRISING = 1_000_000
 """The largest surprise of a cause: clingo does not end where a sum of them leaves its 32 bits."""

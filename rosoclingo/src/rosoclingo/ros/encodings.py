@@ -16,6 +16,7 @@ from rosoclingo.errors import LaunchedError, QuestionError, StoreError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.folder import Folder
 from rosoclingo.launched.unpack import unpack
+from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.single.algorithm1 import last_step
 from rosoclingo.single.dialects import Dialect2
 from rosoclingo.why.task import Encoding
@@ -46,6 +47,7 @@ class Encodings:
         self._folder: Optional[Folder] = None
         self._abouts: Dict[str, str] = {}
         self._known: Optional[Tuple[Dict[str, str], Encoding]] = None
+        self._phrases: Optional[Tuple[str, TermPhrases]] = None  # with what they were read from
         self._lock = threading.Lock()  # guards the others
 
     def listen(self) -> None:
@@ -95,6 +97,18 @@ class Encodings:
             if self._known is None or self._known[0] != self._abouts:
                 self._known = dict(self._abouts), self._unpack()
             return self._known[1]
+
+    def phrases(self) -> TermPhrases:
+        """Returns the encoding's words for terms; none if it is not known yet."""
+        with self._lock:
+            about = self._abouts.get(self._planner, "")
+            if self._phrases is None or self._phrases[0] != about:
+                try:
+                    files = Launched.decode(self._planner, about).files
+                except LaunchedError:
+                    files = {}
+                self._phrases = about, TermPhrases.read(files.values())
+            return self._phrases[1]
 
     def close(self) -> None:
         """Removes the files."""

@@ -180,6 +180,8 @@ class RosEnvironment(Environment):
 
     def note(self, record: journal.Record) -> None:
         """Publishes to ``~journal``. Thread-safe."""
+        if self.questions is not None:
+            self.questions.hear(record)
         with self._lock:
             if isinstance(record, journal.Entry):
                 self._number, now = record.number, record.seconds

@@ -178,6 +178,8 @@ class LoopNode:
 
         self._goals = durability.resume(self._loop.state, client)
         self._copies.restore(self._loop.state.executions, self._inbox.waiting())
+        if self._environment.questions is not None:
+            self._environment.questions.resume()
         for goal in durability.ended:
             self._server.remember_result(status_of(goal), ROSoClingoResult(goal.status.value))
         ended = [(goal, restore_goal(self._server, goal)) for goal in durability.unsure]

@@ -2,6 +2,7 @@
 
 Questions are answered one after the other by a thread of their own, which waits for a process of
 its own (:mod:`rosoclingo.why.process`). The loop's thread says what it knows, when that suits it.
+What has happened is read from the journal, by the thread that is asked.
 """
 
 from __future__ import annotations
@@ -18,11 +19,14 @@ import rospy
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import on_shutdown
 from rosoclingo.errors import QuestionError
-from rosoclingo.loop.journal import Event, Explained
+from rosoclingo.loop.journal import Event, Explained, Record
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.snapshot import encode
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.srv import Why, WhyRequest, WhyResponse
+from rosoclingo.why.happened import happened
+from rosoclingo.why.past import Past, PastReader
 from rosoclingo.why.process import CANCELED, CLOSED, AnsweringProcess
 from rosoclingo.why.question import Question, QuestionKind, ReplyStatus, WhyReply, read
 from rosoclingo.why.situation import Situation
@@ -58,8 +62,9 @@ class Questions:
         self._inbox.pause_background_work = self._process.rest
         self._thread = ThreadPoolExecutor(1, "why")
         self._closed = threading.Event()
-        self._noted: Optional[Tuple[str, str]] = None  # the last question with its answer
+        self._past = PastReader()
         self._lock = threading.Lock()  # guards the next two
+        self._noted: Optional[Tuple[str, str]] = None  # the last question with its answer
         self._wanted: Dict[Question, Tuple[Situation, Sequence[Goal]]] = {}  # without being asked
         self._is_finding = False  # whether a reason is looked for that nobody has asked for
         self._reasons: Set[Future[None]] = set()  # of the loop's thread
@@ -72,6 +77,14 @@ class Questions:
         self._process.close()
         self._thread.shutdown(wait=False)
         self._encodings.close()
+
+    def hear(self, record: Record) -> None:
+        """Reads a record of the journal. Thread-safe, does not block."""
+        self._past.hear(record)
+
+    def resume(self) -> None:
+        """Takes the past of a run that goes on from its state, before the loop begins."""
+        self._past.take_over(Past.of(self._state))
 
     # Called by the loop's thread.
 
@@ -117,6 +130,8 @@ class Questions:
     def _on_request(self, request: WhyRequest) -> WhyResponse:
         try:
             question = read(request.question or QuestionKind.PLAN.value, request.arguments)
+            if question.kind is QuestionKind.HAPPENED:
+                return _response(self._tell_past(question))
             due = time.monotonic() + self._seconds
             answer = self._thread.submit(self._answer, question, due)
             while not wait([answer], _POLL_SECONDS).done:
@@ -126,7 +141,18 @@ class Questions:
             reply = WhyReply(ReplyStatus.WRONG, str(err))
         except RuntimeError:  # the thread takes nothing any more
             reply = CLOSED
-        return WhyResponse(reply.status.value, reply.text, reply.structure)
+        return _response(reply)
+
+    def _tell_past(self, question: Question) -> WhyReply:
+        """Answers how an action went, at once: neither the loop nor a search is waited for."""
+        began = time.monotonic()
+        try:
+            found = happened(question.arguments[0], self._past.now(), self._encodings.phrases())
+        except RosclingoError as err:
+            return WhyReply(ReplyStatus.WRONG, str(err))
+        reply = WhyReply(ReplyStatus.ANSWERED, found.text, encode(found))
+        self._note_answer(str(question), reply, began)
+        return reply
 
     # Called by the thread that answers.
 
@@ -140,8 +166,7 @@ class Questions:
         taken = threading.Event()
 
         def take() -> None:
-            is_past = question.kind is QuestionKind.HAPPENED
-            situations.append(Situation.of(self._state, whole=is_past))
+            situations.append(Situation.of(self._state))
             held.extend(self._state.held_sentences())
             taken.set()
 
@@ -201,17 +226,28 @@ class Questions:
         except (RosclingoError, OSError) as err:
             return WhyReply(ReplyStatus.UNANSWERED, str(err))
         reply = self._process.ask(QuestionTask(encoding, situation, question, seconds))
-        asked = str(question.by_request(dict(situation.goals)))
-        if reply.status is ReplyStatus.ANSWERED and self._noted != (asked, reply.text):
-            self._noted = asked, reply.text
-            took = time.monotonic() - began
-            self._note(Explained(asked, reply.text, reply.structure, took))
+        if reply.status is ReplyStatus.ANSWERED:
+            asked = str(question.by_request(dict(situation.goals)))
+            self._note_answer(asked, reply, began)
         return reply
+
+    def _note_answer(self, asked: str, reply: WhyReply, began: float) -> None:
+        """Adds an answer to the journal, unless it is the last one that was added."""
+        with self._lock:
+            is_new = self._noted != (asked, reply.text)
+            self._noted = asked, reply.text
+        if is_new:
+            seconds = time.monotonic() - began
+            self._note(Explained(asked, reply.text, reply.structure, seconds))
 
     def _note(self, event: Event) -> None:
         """Adds an event to the journal, between two others of the loop's thread."""
         if not self._inbox.call_soon(lambda: self._state.note(event)):
             self._state.note(event)
+
+
+def _response(reply: WhyReply) -> WhyResponse:
+    return WhyResponse(reply.status.value, reply.text, reply.structure)
 
 
 def _tell(goals: Sequence[Goal], line: str) -> None:

@@ -14,12 +14,11 @@ from rosoclingo.loop.values.atoms import canonical, event
 from rosoclingo.loop.values.ids import CANCEL, GOAL, split_event
 from rosoclingo.single.dialects import Dialect2, says_status
 from rosoclingo.why import answers, words
-from rosoclingo.why.answers import Contrast, Happened, WhatIf, WhyGoal, WhyNoPlan
+from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
 from rosoclingo.why.contrast import Instead
 from rosoclingo.why.copy_by_assumptions import AssumingCopy
 from rosoclingo.why.copy_by_regrounding import RebuildingCopy
 from rosoclingo.why.copy_by_replay import RetellingCopy
-from rosoclingo.why.happened import happened
 from rosoclingo.why.phrases import Phrases
 from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Possible, Verdict
 from rosoclingo.why.query import Case
@@ -65,7 +64,7 @@ class Explainer:
         self._is_told = ("event", 3) in program.parts
         self._must_rebuild = bool(program.parts & _ON_DEMAND) or dialect is not Dialect2
         self._says_ends = self._is_told or says_status(options)
-        self._phrases = Phrases.read(program)
+        self._phrases = Phrases.read(program.texts.values())
         self._rules = Rules.read(program)
         self._copies: Dict[Optional[int], Copy] = {}
 
@@ -141,16 +140,6 @@ class Explainer:
         if found.reason is not None or found.is_contradictory:
             what_if = replace(what_if, plan=None, no_plan=self._say(found, case))
         return words.what_if(what_if)
-
-    def happened(self, action: str) -> Happened:
-        """Says how an action went when it was done last, and what is believed to be the cause.
-
-        That takes no copy of the planner. The situation has to be the whole one.
-
-        Args:
-            action: Such as ``go(c3)``; or ``do(mailbot,go(c3))``, or ``do(mailbot,go(c3),4)``.
-        """
-        return happened(action, self._situation, self._phrases)
 
     # How they are answered.
 

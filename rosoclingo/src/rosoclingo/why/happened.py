@@ -1,72 +1,63 @@
 """Says how an action went, and what is believed to be the cause, without a search.
 
->>> situation = Situation(
-...     told=("event(commit,do(r,go(b)),1)", "event(r,failure,1)"),
+>>> past = Past(
+...     deeds=(Deed(1, "r", "go(b)", "failure"),),
 ...     beliefs=(
 ...         "observes(d,failure,1)", "is_about(d,1,r,go(b))", "belief(1,2,shut(b))",
 ...         "certain(shut(b))", "speaks_for(shut(b),d,1)",
 ...     ),
 ...     known=(("observes(d,failure,1)", 1),),
 ... )
->>> phrases = Phrases((("shut(W)", "the door of W is shut"),))
->>> happened("go(b)", situation, phrases).text
+>>> phrases = TermPhrases((("shut(W)", "the door of W is shut"),))
+>>> happened("go(b)", past, phrases).text
 'go(b) of r failed in step 1, probably because the door of b is shut.'
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Dict, Iterable, List, Optional, Tuple
 
 from rosclingo.wire.term_text import number, split_term
-from rosoclingo.loop.values.atoms import SAVE, canonical
+from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.values.beliefs import Beliefs, Evidence, Observation
-from rosoclingo.loop.words import BUSY, FAILURE, SUCCESS
+from rosoclingo.loop.values.phrases import TermPhrases
+from rosoclingo.loop.words import FAILURE, SUCCESS
 from rosoclingo.why.answers import Happened
-from rosoclingo.why.phrases import Phrases, join
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.past import Deed, Past
+from rosoclingo.why.phrases import join
 
 _ENDS = {SUCCESS: "succeeded", FAILURE: "failed"}
 
 
-class _Deed(NamedTuple):
-    """An action that was done; ``answer`` is empty as long as there is none."""
-
-    step: int
-    actuator: str
-    action: str
-    answer: str
-
-
-def happened(asked: str, situation: Situation, phrases: Phrases) -> Happened:
+def happened(asked: str, past: Past, phrases: TermPhrases) -> Happened:
     """Says how an action went when it was done last, and why, as far as that is believed.
 
     Args:
         asked: The action A, or ``do(R,A)`` of actuator R, or ``do(R,A,T)`` for step T.
-        situation: The whole situation, since the last reset.
+        past: What was done since the last reset, and what is believed.
         phrases: What causes and observations are called.
 
     Raises:
         TermError: It is no ground term.
     """
-    return _Teller(situation, phrases).answer(canonical(asked))
+    return _Teller(past, phrases).answer(canonical(asked))
 
 
 class _Teller:
     """Makes the sentences of an answer."""
 
-    def __init__(self, situation: Situation, phrases: Phrases) -> None:
-        self._situation = situation
+    def __init__(self, past: Past, phrases: TermPhrases) -> None:
+        self._past = past
         self._phrases = phrases
-        self._beliefs = Beliefs.read(situation.beliefs)
-        self._known = dict(situation.known)
-        self._deeds = _deeds(situation)
+        self._beliefs = Beliefs.read(past.beliefs)
+        self._known = dict(past.known)
 
     def answer(self, asked: str) -> Happened:
         actuator, action, step = _read(asked)
         deeds = [
-            one for one in self._deeds if one.action == action and actuator in ("", one.actuator)
-            if step in (None, one.step)
+            one for one in self._past.deeds
+            if one.action == action and actuator in ("", one.actuator) and step in (None, one.step)
         ]  # fmt: skip
         noted = [
             (one.moment, one)
@@ -91,14 +82,14 @@ class _Teller:
         if step is None or step < 0:
             return step
         whose = self._beliefs.about.get(one)
-        own = [deed.step for deed in self._deeds if (deed.actuator, deed.action) == whose]
+        own = [deed.step for deed in self._past.deeds if (deed.actuator, deed.action) == whose]
         return max((past for past in own if past <= step), default=step)
 
-    def _tell_deed(self, action: str, deed: Optional[_Deed]) -> Happened:
+    def _tell_deed(self, action: str, deed: Optional[Deed]) -> Happened:
         """Says how an action went of which nothing is of note."""
         if deed is None:
-            was_reset = any(atom.startswith(SAVE) for atom in self._situation.told)
-            when = "was not done since the last reset" if was_reset else "was never done"
+            is_new = self._past.was_reset
+            when = "was not done since the last reset" if is_new else "was never done"
             return Happened(f"{action} {when}, as far as is known.", action)
         name = f"{action} of {deed.actuator}"
         if not deed.answer:
@@ -198,21 +189,6 @@ def _read(asked: str) -> Tuple[str, str, Optional[int]]:
     if name != "do" or len(arguments) not in (2, 3):
         return "", asked, None
     return arguments[0], arguments[1], number(arguments[2]) if arguments[2:] else None
-
-
-def _deeds(situation: Situation) -> List[_Deed]:
-    """Returns the actions that were done since the last reset."""
-    answers: Dict[Tuple[str, int], str] = {}
-    done: List[Tuple[int, str, str]] = []
-    for atom in situation.told:
-        source, content, text = split_term(atom)[1]
-        step = number(text) or 0
-        if source == "commit":
-            actuator, action = split_term(content)[1]
-            done.append((step, actuator, action))
-        elif content != BUSY:
-            answers[source, step] = content
-    return [_Deed(*one, answers.get((one[1], one[0]), "")) for one in done]
 
 
 def _ended(answer: str) -> str:

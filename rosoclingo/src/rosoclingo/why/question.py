@@ -68,7 +68,10 @@ class Question:
         return Question(self.kind, tuple(goals.get(name, name) for name in self.arguments))
 
     def answer(self, explainer: Explainer) -> WhyAnswer:
-        """Dispatches the question to an explainer's method, and raises what that raises."""
+        """Dispatches the question to an explainer's method, and raises what that raises.
+
+        What has happened needs no explainer: see :func:`.happened.happened`.
+        """
         if self.kind is QuestionKind.PLAN:
             return explainer.no_plan()
         if self.kind is QuestionKind.IF:
@@ -76,8 +79,6 @@ class Question:
         (name,) = self.arguments
         if self.kind is QuestionKind.GOAL:
             return explainer.goal(name)
-        if self.kind is QuestionKind.HAPPENED:
-            return explainer.happened(name)
         return explainer.why(name) if self.kind is QuestionKind.ACTION else explainer.why_not(name)
 
 

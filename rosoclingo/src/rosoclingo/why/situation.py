@@ -41,8 +41,6 @@ class Situation:
         tells: Whether the encoding is told its events by grounding.
         is_limit: Whether the mode plans for no step after the last one.
         used: The slots of goals that have ended in the current step: others get them with the next.
-        beliefs: The terms by which the encoding shows what it believes of what was observed.
-        known: The steps in which observations were first known, by their terms.
         offset: How many of the loop's steps were left out: all steps here are counted from there.
     """
 
@@ -57,12 +55,10 @@ class Situation:
     tells: bool = False
     is_limit: bool = True
     used: Tuple[str, ...] = ()
-    beliefs: Tuple[str, ...] = ()
-    known: Tuple[Tuple[str, int], ...] = ()
     offset: int = 0
 
     @classmethod
-    def of(cls, state: State, last: Optional[int] = None, *, whole: bool = False) -> Situation:
+    def of(cls, state: State, last: Optional[int] = None) -> Situation:
         """Returns the situation of a loop; called by the loop's thread.
 
         A copy would take long to be told a long history. What it needs to know of that is what held
@@ -71,7 +67,6 @@ class Situation:
         Args:
             state: The loop's state.
             last: The last step that may be planned for; by default, the last one that is grounded.
-            whole: Whether no copy is made of it, so that a long history is left as it is.
         """
         externals, goals, now = state.externals, state.goals, state.environment.now()
         unplaced = [*goals.queued, *(g for g in state.mail.goals_spoken_of if g.slot is None)]
@@ -86,10 +81,8 @@ class Situation:
             others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
             tells=state.planner.demand.tells,
             used=tuple(goals.used),
-            beliefs=state.beliefs.terms,
-            known=tuple(state.beliefs.steps.items()),
         )
-        known = known_to_hold(state) if state.step > _HISTORY and not whole else None
+        known = known_to_hold(state) if state.step > _HISTORY else None
         return situation if known is None else situation.since(*known)
 
     def since(self, step: int, fluents: Iterable[str]) -> Situation:
