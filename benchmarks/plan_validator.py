@@ -7,10 +7,14 @@ to hold all the time, and its end.
 from __future__ import annotations
 
 import operator
+import re
+from dataclasses import replace
+from pathlib import Path
 from typing import Callable, Dict, Iterable, List, Mapping, Sequence, Set, Tuple
 
 from rosoclingo.pddl.domain import Domain, Problem, typed_list
-from rosoclingo.pddl.expressions import ListForm, PddlError
+from rosoclingo.pddl.expressions import ListForm, PddlError, read_file
+from rosoclingo.pddl.files import read_task
 from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.support import PddlPart
 
@@ -18,6 +22,7 @@ Fact = Tuple[str, ...]
 """A predicate or a function, and its objects."""
 
 _Binding = Mapping[str, str]
+_ALTERNATIVE = re.compile(r"-or-[0-9]+-*$")
 _COMPARISONS: Dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt, "<=": operator.le, ">=": operator.ge, ">": operator.gt, "=": operator.eq,
 }  # fmt: skip
@@ -32,18 +37,21 @@ class PlanValidator:
     Attributes:
         facts: The facts that hold.
         numbers: The values of the numbers.
+        names: Has the terms of all names.
+        actions: The form of each action, by its name.
+        kinds: The type of each object.
     """
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
         """Begins where the problem does."""
         self._domain = domain
-        self._names = Identifiers.of(domain.form, problem.form)
-        self._goal = problem.goal
-        self._kinds = {**domain.constants, **problem.objects}
-        self._actions: Dict[str, ListForm] = {}
+        self.names = Identifiers.of(domain.form, problem.form)
+        self._goal = next(f for f in problem.form.forms() if f.head == ":goal").parts[1]
+        self.kinds = {**domain.constants, **problem.objects}
+        self.actions: Dict[str, ListForm] = {}
         for part in domain.form.parts:
             if isinstance(part, ListForm) and part.head in (":action", ":durative-action"):
-                self._actions[part.parts[1].text] = part
+                self.actions[part.parts[1].text] = part
         self.facts: Set[Fact] = {_ground(atom, {}) for atom in problem.init}
         self.numbers: Dict[Fact, float] = {
             tuple(text.strip("()").split()): value for text, value in problem.numbers.items()
@@ -55,12 +63,12 @@ class PlanValidator:
         Raises:
             PddlError: It is not possible; the message says why.
         """
-        action = self._actions.get(name)
+        action = self.actions.get(name)
         step = " ".join([name, *objects])
         if action is None:
             raise PddlError(f"{step}: there is no action {name}")
         parts = {key.text: value for key, value in zip(action.parts[2::2], action.parts[3::2])}
-        parameters = typed_list(_form(parts.get(":parameters")).parts)
+        parameters = typed_list_of(action)
         if len(parameters) != len(objects):
             raise PddlError(f"{step}: {name} has {len(parameters)} objects")
         for each, kind in zip(objects, parameters.values()):
@@ -87,7 +95,18 @@ class PlanValidator:
         Raises:
             PddlError: It is not possible; the message says why.
         """
-        self.execute(*self._names.words(action))
+        name, *objects = self.words(action).split()
+        self.execute(name, objects)
+
+    def words(self, action: str) -> str:
+        """Returns an action in PDDL by its term, be it an alternative of one."""
+        name, objects = self.names.words(action)
+        if name not in self.actions:  # an alternative of an action
+            name = _ALTERNATIVE.sub("", name)
+        if name in self.actions:
+            count = len(typed_list_of(self.actions[name]))
+            objects = objects[:count]
+        return " ".join([name, *objects])
 
     def require_goal(self) -> None:
         """Checks that the goal is reached.
@@ -95,10 +114,10 @@ class PlanValidator:
         Raises:
             PddlError: It is not; the message says what is missing.
         """
-        self._require("the goal", [self._goal], {})
+        self._require("the goal", [_form(self._goal)], {})
 
     def _is_of(self, thing: str, kind: str) -> bool:
-        return thing in self._kinds and self._domain.is_kind_of(self._kinds[thing], kind)
+        return thing in self.kinds and self._domain.is_kind_of(self.kinds[thing], kind)
 
     def _require(self, step: str, conditions: Sequence[ListForm], binding: _Binding) -> None:
         for condition in conditions:
@@ -114,6 +133,15 @@ class PlanValidator:
             return all(self._holds(_form(part), binding) for part in form.parts[1:])
         if form.head == "not":
             return not self._holds(_form(form.parts[1]), binding)
+        inner = [part for part in form.parts[1:] if isinstance(part, ListForm)]
+        if form.head == "or":
+            return any(self._holds(part, binding) for part in inner)
+        if form.head == "imply":
+            return not self._holds(inner[0], binding) or self._holds(inner[1], binding)
+        if form.head in ("forall", "exists"):
+            names = typed_list(inner[0].parts)
+            found = [self._holds(inner[1], each) for each in self._bindings(names, binding)]
+            return all(found) if form.head == "forall" else any(found)
         if form.head == "=" and not any(isinstance(part, ListForm) for part in form.parts):
             left, right = _ground(form, binding)[1:]
             return left == right
@@ -164,9 +192,25 @@ class PlanValidator:
     def _bindings(self, names: Mapping[str, str], binding: _Binding) -> List[_Binding]:
         found: List[_Binding] = [binding]
         for name, kind in names.items():
-            things = [thing for thing in self._kinds if self._is_of(thing, kind)]
+            things = [thing for thing in self.kinds if self._is_of(thing, kind)]
             found = [{**each, name: thing} for each in found for thing in things]
         return found
+
+
+def read_validator(domain_file: Path, problem_file: Path) -> PlanValidator:
+    """Returns a validator for the files of a task, with their conditions as they stand there."""
+    domain, problem = read_task(domain_file, problem_file)
+    validator = PlanValidator(
+        replace(domain, form=read_file(domain_file)), replace(problem, form=read_file(problem_file))
+    )
+    validator.names = Identifiers.of(domain.form, problem.form)
+    return validator
+
+
+def typed_list_of(action: ListForm) -> Mapping[str, str]:
+    """Returns the parameters of an action with their types."""
+    parts = {key.text: value for key, value in zip(action.parts[2::2], action.parts[3::2])}
+    return typed_list(_form(parts.get(":parameters")).parts)
 
 
 def _form(part: object) -> ListForm:

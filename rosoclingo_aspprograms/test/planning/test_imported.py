@@ -16,14 +16,13 @@ import pytest
 from draws import draws
 from episode import DYN_RESET
 
-from plan_validator import PlanValidator
+from plan_validator import read_validator
 from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop.words import SOLVER
-from rosoclingo.pddl.domain import read_domain, read_problem
-from rosoclingo.pddl.expressions import PddlError, read_file
+from rosoclingo.pddl.expressions import PddlError
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files
 
 pytestmark = pytest.mark.skipif(
@@ -52,7 +51,7 @@ class ImportedWorld(System):
         parts = make_parts(DYN_RESET, Options(tuple(files), ()), ["-c", "steps=100"], log=self.warn)
         super().__init__(parts.loop, patience=0.03)
         self.improves = False  # which would take as long as it likes, since time stands still
-        self.world = PlanValidator(read_domain(read_file(domain)), read_problem(read_file(problem)))
+        self.world = read_validator(domain, problem)
         self.violations: List[str] = []
 
     def turn(self) -> bool:

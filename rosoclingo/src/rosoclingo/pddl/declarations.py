@@ -7,7 +7,7 @@ from typing import Dict, Iterable, Mapping, Set
 from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import Domain, Problem, typed_list
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
-from rosoclingo.pddl.support import CHANGES, COMPARISONS
+from rosoclingo.pddl.support import CHANGES, COMPARISONS, is_comparison
 
 _NO_ATOMS = ("and", "not", "when", "=")
 _NUMERIC = (*COMPARISONS, *CHANGES, "+", "-", "*", "/")
@@ -23,11 +23,18 @@ def check_declarations(domain: Domain, problem: Problem) -> None:
     for schema in domain.actions:
         scope = dict(zip(schema.parameters, schema.types))
         checker.check_types(scope.values(), schema.place)
-        for form in (schema.precondition, schema.effect, *schema.comparisons, *schema.changes):
+        for form in (
+            schema.precondition,
+            schema.effect,
+            *schema.comparisons,
+            *schema.changes,
+            *schema.later_comparisons,
+            *schema.later_changes,
+        ):
             checker.check(form, scope)
         if isinstance(schema.duration, ListForm):
             checker.check(schema.duration, scope)
-    for form in (*problem.init, problem.goal):
+    for form in (*problem.init, problem.goal, *problem.comparisons):
         checker.check(form, {})
 
 
@@ -67,12 +74,13 @@ class _Checker:
             self.check(inner, {**scope, **names})
             return
         is_atom = form.head not in (*_NO_ATOMS, *_NUMERIC)
+        names_objects = is_atom or (form.head == "=" and not is_comparison(form))
         if is_atom and form.parts:
             self._check_atom(form)
         for part in form.parts[1:]:
             if isinstance(part, ListForm):
                 self.check(part, scope)
-            elif is_atom or form.head == "=":
+            elif names_objects:
                 self._check_term(part, scope)
 
     def _check_atom(self, form: ListForm) -> None:

@@ -17,12 +17,18 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
-from typing import Dict, List, Optional, Sequence, Set, Tuple
+from dataclasses import dataclass, field
+from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
-from rosoclingo.pddl.support import CHANGES, COMPARISONS, PddlPart, check_formula, sections
+from rosoclingo.pddl.support import (
+    PddlPart,
+    check_formula,
+    is_change,
+    is_comparison,
+    sections,
+)  # fmt: skip
 
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _START, _END, _ALL = "at start", "at end", "over all"
@@ -40,7 +46,9 @@ class ActionSchema:
         precondition: What has to hold before, without numbers.
         effect: What holds afterwards, without numbers.
         comparisons: What is said of numbers before.
-        changes: How numbers change.
+        changes: How numbers change; of an action with a duration, at its start.
+        later_comparisons: What is said of numbers after its start.
+        later_changes: How numbers change at its end.
         duration: How long it takes, an expression; None if that is not said.
         locks: Atoms that are changed at its start and changed back at its end.
         brief: Atoms that hold only while it lasts.
@@ -54,6 +62,8 @@ class ActionSchema:
     effect: ListForm
     comparisons: Tuple[ListForm, ...] = ()
     changes: Tuple[ListForm, ...] = ()
+    later_comparisons: Tuple[ListForm, ...] = ()
+    later_changes: Tuple[ListForm, ...] = ()
     duration: Optional[PddlPart] = None
     locks: Tuple[ListForm, ...] = ()
     brief: Tuple[ListForm, ...] = ()
@@ -95,8 +105,10 @@ class Problem:
         objects: Its objects, with their types.
         numbers: The value that each number has at first, by its text.
         init: The atoms that hold at first.
-        goal: What is to hold.
+        goal: What is to hold, without numbers.
+        comparisons: What is said of numbers in the goal.
         metric: What is to be small; None if nothing is said.
+        places: The file and line of each number's first value, by its text.
     """
 
     form: ListForm
@@ -105,6 +117,12 @@ class Problem:
     init: Tuple[ListForm, ...]
     goal: ListForm
     metric: Optional[PddlPart]
+    comparisons: Tuple[ListForm, ...] = ()
+    places: Dict[str, str] = field(default_factory=dict)
+
+    def place_of(self, name: Sequence[str]) -> str:
+        """Returns the file and line of a number's first value."""
+        return self.places.get(f"({' '.join(name)})", self.form.place)
 
 
 def read_domain(form: ListForm) -> Domain:
@@ -137,6 +155,7 @@ def read_problem(form: ListForm) -> Problem:
         if needed not in found:
             raise PddlError(f"{form.place}: the problem has no {needed}")
     numbers: Dict[str, float] = {}
+    places: Dict[str, str] = {}
     init: List[ListForm] = []
     for part in found[":init"].parts[1:]:
         if isinstance(part, Word):
@@ -144,7 +163,11 @@ def read_problem(form: ListForm) -> Problem:
         if part.head == "not" and len(part.parts) == 2:
             continue  # as all that is not said
         if part.head == "=" and len(part.parts) == 3:
-            numbers[part.parts[1].text] = _value(part.parts[2])
+            text = part.parts[1].text
+            if text in numbers:
+                raise PddlError(f"{part.place}: {shorten(text)} has a value already, at "
+                                f"{places[text]}: say one")  # fmt: skip
+            numbers[text], places[text] = _value(part.parts[2]), part.place
         elif any(isinstance(inner, ListForm) for inner in part.parts):
             raise PddlError(
                 f"{part.place}: {shorten(part.text)} in :init is not understood: there can be "
@@ -154,7 +177,11 @@ def read_problem(form: ListForm) -> Problem:
             init.append(part)
     goal = _only_part(found[":goal"])
     check_formula(goal, ":goal")
-    return Problem(form, objects, numbers, tuple(init), goal, _metric(found.get(":metric")))
+    facts, comparisons = _without(_conjuncts(goal), is_comparison)
+    return Problem(
+        form, objects, numbers, tuple(init), _conjunction(facts, goal.place),
+        _metric(found.get(":metric")), tuple(comparisons), places,
+    )  # fmt: skip
 
 
 def number_of(part: PddlPart) -> Optional[float]:
@@ -195,21 +222,28 @@ def _only_part(section: ListForm) -> ListForm:
 def typed_list(parts: Sequence[PddlPart]) -> Dict[str, str]:
     """Reads names with their types, such as ``a b - place c - robot``."""
     types: Dict[str, str] = {}
-    waiting: List[str] = []
+    waiting: List[Word] = []
     words = iter(parts)
     for part in words:
         if not isinstance(part, Word):
             raise PddlError(f"{part.place}: a name is expected instead of {shorten(part.text)}")
         if part.text != "-":
-            waiting.append(part.text)
+            waiting.append(part)
             continue
         kind = next(words, part)
         if not isinstance(kind, Word) or kind is part:
             raise PddlError(f"{kind.place}: the name of one type is expected after -")
-        types.update((each, kind.text) for each in waiting)
+        _add(types, waiting, kind.text)
         waiting = []
-    types.update((each, "object") for each in waiting)
+    _add(types, waiting, "object")
     return types
+
+
+def _add(types: Dict[str, str], names: Sequence[Word], kind: str) -> None:
+    for name in names:
+        if name.text in types:
+            raise PddlError(f"{name.place}: {shorten(name.text)} is there twice")
+        types[name.text] = kind
 
 
 class _Parts:
@@ -254,8 +288,8 @@ def _instantaneous(action: ListForm) -> ActionSchema:
         check_formula(conditions, ":precondition")
     if effects.parts:
         check_formula(effects, ":effect")
-    plain, comparisons = _without(_conjuncts(conditions), COMPARISONS)
-    changed, changes = _without(_conjuncts(effects), CHANGES)
+    plain, comparisons = _without(_conjuncts(conditions), is_comparison)
+    changed, changes = _without(_conjuncts(effects), is_change)
     return ActionSchema(
         parts.name, action.place, tuple(parameters), tuple(parameters.values()),
         _conjunction(plain, action.place), _conjunction(changed, action.place),
@@ -269,15 +303,21 @@ def _durative(action: ListForm) -> ActionSchema:
     conditions = _timed(parts.form(":condition"), ":precondition", (_START, _ALL, _END))
     effects = _timed(parts.form(":effect"), ":effect", (_START, _END))
     begun, ended = effects[_START], effects[_END]
-    plain, comparisons = _without(_needed(conditions, begun), COMPARISONS)
-    first, changes = _without(begun, CHANGES)
-    _check_order(conditions, changes)
-    last, later = _without(ended, CHANGES)
+    facts: Dict[str, List[ListForm]] = {}
+    comparisons: List[ListForm] = []
+    later_ones: List[ListForm] = []
+    for moment, forms in conditions.items():
+        facts[moment], found = _without(forms, is_comparison)
+        (comparisons if moment == _START else later_ones).extend(found)
+    first, changes = _without(begun, is_change)
+    last, later = _without(ended, is_change)
+    plain = _needed(facts, first)
     net, locks, brief = _net(plain, first, last)
     return ActionSchema(
         parts.name, action.place, tuple(parameters), tuple(parameters.values()),
         _conjunction(plain, action.place), _conjunction(net, action.place),
-        tuple(comparisons), (*changes, *later), _duration(parts.form(":duration")),
+        tuple(comparisons), tuple(changes), tuple(later_ones), tuple(later),
+        _duration(parts.form(":duration")),
         tuple(locks), tuple(brief),
     )  # fmt: skip
 
@@ -303,10 +343,10 @@ def _conjunction(forms: Sequence[ListForm], place: str) -> ListForm:
 
 
 def _without(
-    forms: Sequence[ListForm], heads: Sequence[str]
+    forms: Sequence[ListForm], is_one: Callable[[ListForm], bool]
 ) -> Tuple[List[ListForm], List[ListForm]]:
-    """Returns the others, and those with certain heads."""
-    return [f for f in forms if f.head not in heads], [f for f in forms if f.head in heads]
+    """Returns the others, and those of a kind."""
+    return [f for f in forms if not is_one(f)], [f for f in forms if is_one(f)]
 
 
 def _timed(form: ListForm, where: str, moments: Sequence[str]) -> Dict[str, List[ListForm]]:
@@ -325,15 +365,6 @@ def _timed(form: ListForm, where: str, moments: Sequence[str]) -> Dict[str, List
 def _contrary(literal: ListForm) -> str:
     """Returns the text of a literal's contrary."""
     return literal.parts[1].text if literal.head == "not" else f"(not {literal.text})"
-
-
-def _check_order(conditions: Dict[str, List[ListForm]], changes: Sequence[ListForm]) -> None:
-    """Refuses comparisons of numbers that the action's own beginning has changed."""
-    changed = {change.parts[1].text for change in changes}
-    for condition in (*conditions[_ALL], *conditions[_END]):
-        if condition.head in COMPARISONS and changed & {part.text for part in condition.forms()}:
-            raise PddlError(f"{condition.place}: {shorten(condition.text)} compares what the "
-                            "action's own beginning changes: say it (at start ...)")  # fmt: skip
 
 
 def _needed(conditions: Dict[str, List[ListForm]], begun: Sequence[ListForm]) -> List[ListForm]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Dict, Iterator, List, Optional, Sequence, Tuple
 
 from rosoclingo.pddl.actuators import Actuators
+from rosoclingo.pddl.amounts import Name
 from rosoclingo.pddl.domain import ActionSchema, Domain
 from rosoclingo.pddl.names import Identifiers
-from rosoclingo.pddl.numbers import Name, Numbers, NumericUse, ground_atom
+from rosoclingo.pddl.numbers import Numbers, NumericUse, ground_atom
 from rosoclingo.pddl.sas import SasOperator, TranslatedTask
 from rosoclingo.pddl.variables import Variable, variables
 
@@ -28,8 +29,8 @@ possible(V,X) :- sets(R,A,V,X).
 possible(V,X) :- sets_if(R,A,I,V,X).
 #external event(1,F) : request(F).
 
-% value(L,N): the number L is N. A message may say that.
-says(value(L,N),L,N) :- number(L,M), N = 0..M.
+% value(L,N): the number L is N. A message may say that, unless L can be very large.
+says(value(L,N),L,N) :- number(L,M), M <= 10000, N = 0..M.
 
 % denial(C,V,X,Y): if V has the value X, the message C says that it has the value Y.
 #program event(s,c).
@@ -72,6 +73,7 @@ class Encoder:
         self._locks = {lock.head for schema in domain.actions for lock in schema.locks}
         words = [operator.name.split() for operator in task.operators]
         self._uses = numbers.read([(name, objects) for name, *objects in words])
+        self._goal = numbers.goal()
 
     def rules(self) -> List[str]:
         """Returns the rules about requests and messages."""
@@ -107,12 +109,23 @@ class Encoder:
             for name in self._numbers.largest
         ]
         wanted = [f"wants({GOAL},{self._pair(v, x)})." for v, x in task.goal]
+        for name, (least, most) in self._goal.items():
+            if least > 0:
+                wanted.append(f"wants_least({GOAL},{self._term(name)},{least}).")
+            if most is not None:
+                wanted.append(f"wants_most({GOAL},{self._term(name)},{most}).")
         return [*first, "", f"request({GOAL}).", *wanted]
 
     @property
     def begins_at_goal(self) -> bool:
         """Tells whether the goal is met at first."""
-        return all(self._task.init[variable] == value for variable, value in self._task.goal)
+        return all(
+            self._task.init[variable] == value for variable, value in self._task.goal
+        ) and all(
+            least <= self._numbers.first(name)
+            and (most is None or self._numbers.first(name) <= most)
+            for name, (least, most) in self._goal.items()
+        )
 
     def actions(self) -> List[str]:
         """Returns the conditions and effects of actions, action by action."""
@@ -144,7 +157,10 @@ class Encoder:
             yield f"sets_if({who},{number},{target})."
             for assignment in effect.conditions:
                 yield f"condition({who},{number},{self._pair(*assignment)})."
-        for verb, changes in (("needs_least", use.needs), ("uses", use.uses), ("gives", use.gives)):
+        for verb, changes in (
+            ("needs_least", use.needs), ("needs_most", use.most), ("uses", use.uses),
+            ("gives", use.gives), ("sets", use.sets),
+        ):  # fmt: skip
             for number_name, amount in changes.items():
                 yield f"{verb}({who},{self._term(number_name)},{amount})."
         for number_name in use.fills:

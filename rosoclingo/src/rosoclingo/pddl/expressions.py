@@ -9,8 +9,8 @@ from typing import Iterator, List, Tuple, Union
 
 from rosclingo.errors import RosclingoError, shorten
 
-# A variable may follow a name without a blank.
-_TOKEN = re.compile(r"\s+|;[^\n]*|[()]|\??[^\s();?]+|\?")
+# A variable may follow a name without a blank, and a type a minus: no name begins with one.
+_TOKEN = re.compile(r"\s+|;[^\n]*|[()]|-(?!inf\b)(?=[a-zA-Z(])|\??[^\s();?]+|\?")
 _LONGEST_WORD = 500  # letters; messages may quote some words as a whole
 
 
@@ -59,7 +59,7 @@ def read_file(file: Path) -> ListForm:
         PddlError: The file cannot be read, or is not one list in parentheses.
     """
     try:
-        text = file.read_text(encoding="utf-8")
+        text = file.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as err:
         raise PddlError(f"cannot read {file}: {err}") from err
     return parse(text, str(file))

@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence
+from typing import Dict, List, Optional, Sequence, Tuple
 
 from rosoclingo.desk.parts import shared
 from rosoclingo.pddl.actuators import Actuators
+from rosoclingo.pddl.conditions import compile_conditions
 from rosoclingo.pddl.declarations import check_declarations
-from rosoclingo.pddl.domain import Domain, read_domain, read_problem
+from rosoclingo.pddl.domain import Domain, Problem, read_domain, read_problem
 from rosoclingo.pddl.encoding import GOAL, Encoder
 from rosoclingo.pddl.expressions import ListForm, PddlError, read_file
 from rosoclingo.pddl.names import Identifiers
@@ -45,14 +46,26 @@ class ImportOptions:
     slots: Optional[int] = None
 
 
+def read_task(
+    domain_file: Path, problem_file: Path, changing: Sequence[str] = ()
+) -> Tuple[Domain, Problem]:
+    """Returns a task whose conditions are conjunctions of literals.
+
+    Raises:
+        PddlError: The task is not understood; the message says where.
+    """
+    forms = read_file(domain_file), read_file(problem_file)
+    domain, problem = compile_conditions(*forms, [each.lower() for each in changing])
+    return read_domain(domain), read_problem(problem)
+
+
 def import_task(domain_file: Path, problem_file: Path, options: ImportOptions) -> Dict[str, str]:
     """Returns the texts of the files of a task, by their names.
 
     Raises:
         PddlError: The task is not understood, or an option is wrong; the message says where.
     """
-    domain = read_domain(read_file(domain_file))
-    problem = read_problem(read_file(problem_file))
+    domain, problem = read_task(domain_file, problem_file, options.changing)
     check_declarations(domain, problem)
     if not _TERM.fullmatch(options.actuator):
         raise PddlError(f"--actuator {options.actuator}: this is no name, such as robot")

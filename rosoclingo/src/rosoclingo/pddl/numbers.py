@@ -1,38 +1,40 @@
 """Numbers, durations and costs of ground actions, as the library ``actions.lp`` has them.
 
-A number of the library is from 0 to a limit, and an action uses, gives or fills it. So a number
-that some condition reads has to be an integer that actions change by constants:
+A number of the library is a whole number from 0 to a limit. All that an action says of it counts:
 
-- ``(>= (battery ?r) 5)`` is needed, and a decrease uses what has to be there;
-- ``(<= (load ?r) 2)`` goes with an increase in the same action, which says how large it can get;
-- ``(assign (battery ?r) 100)`` is for the largest value only.
+- conditions compare one number with a constant; of several lower bounds the largest one counts, and
+  of several upper bounds the smallest one;
+- increases and decreases are added; ``(assign (battery ?r) 100)`` is the only change of its number;
+- a decrease has to be there, and an increase has to find room, whatever the conditions are. So an
+  action with an increase needs an upper bound, which says how large the number can get.
 
-Numbers that no condition reads are left out, as no action depends on them; they may be costs. What
-compares constants alone, such as ``(>= (capacity ?truck) (weight ?box))``, is decided at once.
+A bound ``over all`` or ``at end`` is about the number after the action's own beginning. Numbers
+that no condition and no goal reads are left out, as no action depends on them; they may be costs.
+What compares constants alone, such as ``(>= (capacity ?truck) (weight ?box))``, is decided at once.
 """
 
 from __future__ import annotations
 
-import operator
 from dataclasses import dataclass, field
-from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+from fractions import Fraction
+from typing import Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
+from rosoclingo.pddl.amounts import (
+    LARGEST,
+    Amounts,
+    Binding,
+    Linear,
+    Name,
+    ground,
+    key,
+    name_text,
+    shown,
+)
 from rosoclingo.pddl.domain import ActionSchema, Domain, Problem, number_of
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
 from rosoclingo.pddl.support import PddlPart
 
-Name = Tuple[str, ...]
-"""A function and its objects."""
-
-_COMPARE: Dict[str, Callable[[float, float], bool]] = {
-    "<": operator.lt, "<=": operator.le, ">=": operator.ge, ">": operator.gt,
-}  # fmt: skip
-_OPERATIONS: Dict[str, Callable[[float, float], float]] = {
-    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
-}  # fmt: skip
-_FLIPPED = {"<": ">", "<=": ">=", ">=": "<=", ">": "<"}
-_LARGEST = 2**31 - 1  # clingo's integers
 _TIME = ("total-time",)
 
 
@@ -46,6 +48,8 @@ class NumericUse:
         gives: What it adds to each.
         fills: Which ones it makes as large as can be.
         cost: What it costs.
+        most: How large each number may be before, if that is less than there is room for.
+        sets: Which value it gives to each.
     """
 
     needs: Dict[Name, int]
@@ -53,23 +57,58 @@ class NumericUse:
     gives: Dict[Name, int]
     fills: Tuple[Name, ...]
     cost: int
+    most: Dict[Name, int] = field(default_factory=dict)
+    sets: Dict[Name, int] = field(default_factory=dict)
 
     @property
     def changes_something(self) -> bool:
         """Tells whether some number is another one afterwards."""
-        return bool(self.uses or self.gives or self.fills)
+        return bool(self.uses or self.gives or self.fills or self.sets)
+
+
+@dataclass
+class _Interval:
+    """The values that a number may have; no end means that there is no bound."""
+
+    least: int = 0
+    most: Optional[int] = None
+
+    def narrow(self, least: Optional[int], most: Optional[int]) -> None:
+        if least is not None:
+            self.least = max(self.least, least)
+        if most is not None:
+            self.most = most if self.most is None else min(self.most, most)
+
+    @property
+    def is_empty(self) -> bool:
+        return self.most is not None and self.most < self.least
 
 
 @dataclass
 class _Change:
-    """The conditions and effects of a ground action on a number, each with its place."""
+    """The effects of a ground action on a number: a difference or a value, with its place."""
 
-    most: Optional[Tuple[int, str]] = None
-    least: Optional[Tuple[int, str]] = None
-    by: Dict[str, Tuple[int, str]] = field(default_factory=dict)
+    by: Fraction = Fraction(0)
+    value: Optional[Fraction] = None
+    place: str = ""
+    text: str = ""
 
-    def amount(self, head: str) -> int:
-        return self.by[head][0] if head in self.by else 0
+    def applied(self, number: Name) -> Linear:
+        """Returns what the number is after the change, by what it is before."""
+        if self.value is not None:
+            return Linear({}, self.value)
+        return Linear({number: Fraction(1)}, self.by)
+
+
+@dataclass
+class _GroundUse:
+    """What a ground action says of its numbers."""
+
+    bounds: Dict[Name, _Interval]
+    changes: Dict[Name, _Change]
+
+    def names(self) -> Iterator[Name]:
+        yield from dict.fromkeys([*self.bounds, *self.changes])
 
 
 class Numbers:
@@ -85,24 +124,25 @@ class Numbers:
         """
         self._schemas = {schema.name: schema for schema in domain.actions}
         self._problem = problem
-        self._first = {_key(text): value for text, value in problem.numbers.items()}
+        self._first = {key(text): value for text, value in problem.numbers.items()}
         self._limits = limits
         self._is_timed = any(schema.duration is not None for schema in domain.actions)
-        changes = [change for schema in domain.actions for change in schema.changes]
-        self._changing = {_function(change.parts[1]) for change in changes}
-        self._read = {
-            form.head
+        changing = {
+            _function(change.parts[1])
             for schema in domain.actions
-            for comparison in schema.comparisons
-            for form in comparison.forms()
-            if form.head in self._changing
+            for change in (*schema.changes, *schema.later_changes)
         }
+        self._amounts = Amounts(self._first, changing)
+        compared = [*problem.comparisons]
+        for schema in domain.actions:
+            compared += [*schema.comparisons, *schema.later_comparisons]
+        self._read = {form.head for each in compared for form in each.forms()} & changing
         self.largest: Dict[Name, int] = {}
 
     def read(self, actions: Sequence[Tuple[str, Sequence[str]]]) -> List[Optional[NumericUse]]:
         """Returns how ground actions use numbers; from then on, ``largest`` has the limits.
 
-        There is None for an action that is never possible, because of constants.
+        There is None for an action that is never possible, because of its numbers.
 
         Args:
             actions: For each its name and its objects.
@@ -110,204 +150,253 @@ class Numbers:
         Raises:
             PddlError: The library has no such condition or change.
         """
-        bound = [(self._schemas[name], _binding(self._schemas[name], o)) for name, o in actions]
-        changes = [self._changes(schema, binding) for schema, binding in bound]
-        self._find_limits([change for each in changes if each for change in each.items()])
+        bound = [(self._schemas[name], binding(self._schemas[name], o)) for name, o in actions]
+        found = [self._ground(schema, objects) for schema, objects in bound]
+        self._find_limits([use for use in found if use is not None])
         return [
-            None if change is None else self._use(change, self._cost(schema, binding))
-            for change, (schema, binding) in zip(changes, bound)
+            None if use is None else self._use(use, self._cost(schema, objects))
+            for use, (schema, objects) in zip(found, bound)
         ]
 
     def first(self, number: Name) -> int:
         """Returns the value that a number has at first."""
         return round(self._first[number])
 
-    def _changes(
-        self, schema: ActionSchema, binding: Mapping[str, str]
-    ) -> Optional[Dict[Name, _Change]]:
-        found: Dict[Name, _Change] = {}
+    def goal(self) -> Dict[Name, Tuple[int, Optional[int]]]:
+        """Returns the least and the largest value of each number in the goal; None is no bound.
 
-        def of(form: PddlPart) -> _Change:
-            assert isinstance(form, ListForm)
-            name = _ground(form, binding)
-            self._check_first(name, form.place)
-            return found.setdefault(name, _Change())
+        Raises:
+            PddlError: A comparison of the goal is not understood, or never holds.
+        """
+        bounds: Dict[Name, _Interval] = {}
+        for comparison in self._problem.comparisons:
+            if not self._narrow(bounds, comparison, {}, {}, None):
+                raise PddlError(f"{comparison.place}: {shorten(comparison.text)} in :goal never "
+                                "holds, whatever is done")  # fmt: skip
+        return {name: (interval.least, interval.most) for name, interval in bounds.items()}
 
+    def _ground(self, schema: ActionSchema, objects: Binding) -> Optional[_GroundUse]:
+        begun = self._changes(schema.changes, schema, objects)
+        later = self._changes(schema.later_changes, schema, objects)
+        bounds: Dict[Name, _Interval] = {}
         for comparison in schema.comparisons:
-            head, left, right = comparison.head, comparison.parts[1], comparison.parts[2]
-            if _function(right) in self._read and _function(left) not in self._read:
-                head, left, right = _FLIPPED[head], right, left
-            if _function(left) not in self._read:
-                sides = (self._evaluate(side, schema, binding) for side in (left, right))
-                if not _COMPARE[head](*sides):
-                    return None
-                continue
-            bound = self._integer(right, schema, binding) + {">": 1, "<": -1}.get(head, 0)
-            if head in (">", ">="):
-                of(left).least = bound, comparison.place
+            if not self._narrow(bounds, comparison, objects, {}, schema):
+                return None
+        for comparison in schema.later_comparisons:
+            if not self._narrow(bounds, comparison, objects, begun, schema):
+                return None
+        for name, change in later.items():
+            before = begun.get(name)
+            if before is None:
+                begun[name] = change
+            elif before.value is not None or change.value is not None or before.by * change.by < 0:
+                raise PddlError(
+                    f"{change.place}: {schema.name} changes {name_text(name)} at its start and "
+                    "back, or again, at its end: this is understood of increases alone, or of "
+                    "decreases alone; what is occupied meanwhile has to be a fact"
+                )
             else:
-                of(left).most = bound, comparison.place
-        for change in schema.changes:
-            target = change.parts[1]
-            if _function(target) in self._read:
-                by = of(target).by
-                by[change.head] = self._integer(change.parts[2], schema, binding), change.place
-                if len(by) > 1:
-                    raise PddlError(f"{change.place}: {schema.name} changes "
-                                    f"{shorten(target.text)} twice")  # fmt: skip
+                before.by += change.by
+        for name, change in begun.items():
+            self._check_first(name, change.place)
+            self._check_whole(change, schema)
+        return _GroundUse(bounds, begun)
+
+    def _narrow(
+        self,
+        bounds: Dict[Name, _Interval],
+        comparison: ListForm,
+        objects: Binding,
+        begun: Mapping[Name, _Change],
+        schema: Optional[ActionSchema],
+    ) -> bool:
+        """Adds a comparison to the bounds of its number; returns whether it can hold."""
+        left, right = (self._amounts.linear(p, objects, schema) for p in comparison.parts[1:])
+        difference = left.minus(right)
+        for name, change in begun.items():
+            difference = difference.replaced(name, change.applied(name))
+        if len(difference.factors) > 1:
+            raise PddlError(
+                f"{comparison.place}: {shorten(comparison.text)} compares "
+                f"{' and '.join(map(name_text, difference.factors))}, which both change: there can "
+                "be one number and what is constant"
+            )
+        least, most = difference.bounds(comparison.head)
+        if not difference.factors:
+            return (least, most) == (None, None)
+        (name,) = difference.factors
+        self._check_first(name, comparison.place)
+        bounds.setdefault(name, _Interval()).narrow(least, most)
+        return not bounds[name].is_empty
+
+    def _changes(
+        self, forms: Sequence[ListForm], schema: ActionSchema, objects: Binding
+    ) -> Dict[Name, _Change]:
+        """Returns the changes of numbers that are read, all of one moment."""
+        found: Dict[Name, _Change] = {}
+        for form in forms:
+            target = form.parts[1]
+            if _function(target) not in self._read or not isinstance(target, ListForm):
+                continue
+            name = ground(target, objects)
+            amount = self._amounts.linear(form.parts[2], objects, schema)
+            by = {"increase": 1, "decrease": -1}.get(form.head)
+            if by is None and amount.factors == {name: Fraction(1)}:  # (assign X (+ X 1))
+                by, amount = 1, Linear({}, amount.constant)
+            if amount.factors:
+                raise PddlError(
+                    f"{form.parts[2].place}: {shorten(form.parts[2].text)} changes, and an amount "
+                    "has to be constant"
+                )
+            is_new = name not in found
+            change = found.setdefault(name, _Change())
+            change.place, change.text = form.parts[2].place, form.parts[2].text
+            if by is not None and change.value is None:
+                change.by += by * amount.constant
+            elif by is None and is_new:
+                change.value = amount.constant
+            else:
+                raise PddlError(
+                    f"{form.place}: {schema.name} assigns {name_text(name)}, and changes it "
+                    "otherwise, too: an assignment has to be the only change of its number"
+                )
         return found
 
     def _check_first(self, name: Name, place: str) -> None:
         value = self._first.get(name)
         if value is None:
-            raise PddlError(f"{place}: {_text(name)} has no value in :init")
-        if not (0 <= value <= _LARGEST and value.is_integer()):
-            raise PddlError(f"{place}: {_text(name)} is {value:g} in :init, and has to be a whole "
-                            "number from 0 on")  # fmt: skip
+            raise PddlError(f"{place}: {name_text(name)} has no value in :init")
+        if not (0 <= value <= LARGEST and value.is_integer()):
+            raise PddlError(
+                f"{self._problem.place_of(name)}: {name_text(name)} is {value:g} in :init, and has "
+                f"to be a whole number from 0 to {LARGEST}, as actions compare and change it"
+            )
 
-    def _find_limits(self, changes: Sequence[Tuple[Name, _Change]]) -> None:
+    def _check_whole(self, change: _Change, schema: ActionSchema) -> None:
+        amount = abs(change.by) if change.value is None else change.value
+        if amount.denominator != 1 or not 0 <= amount <= LARGEST:
+            raise PddlError(
+                f"{change.place}: {shorten(change.text)} is {shown(amount)} for {schema.name}: it "
+                f"has to be a whole number from 0 to {LARGEST}"
+            )
+
+    def _find_limits(self, uses: Sequence[_GroundUse]) -> None:
         open_ended: Dict[Name, str] = {}
-        for name, change in changes:
-            limit = max(self.first(name), change.amount("assign"))
-            if "increase" in change.by:
-                amount, place = change.by["increase"]
-                if change.most is not None:
-                    limit = max(limit, change.most[0] + amount)
-                else:
-                    open_ended[name] = place
-            self.largest[name] = max(limit, self.largest.get(name, 0))
-        for name in self.largest:
+        places: Dict[Name, str] = {}
+        for name in self.goal():
+            self.largest[name] = self.first(name)
+        for use in uses:
+            for name in use.names():
+                change = use.changes.get(name, _Change())
+                limit = max(self.first(name), round(change.value or 0))
+                if change.value is None and change.by > 0:
+                    most = use.bounds.get(name, _Interval()).most
+                    places[name] = change.place
+                    if most is None:
+                        open_ended[name] = change.place
+                    else:
+                        limit = max(limit, most + round(change.by))
+                self.largest[name] = max(limit, self.largest.get(name, 0))
+        for name, limit in self.largest.items():
             if name[0] in self._limits:
                 self.largest[name] = self._limits[name[0]]
                 if self.first(name) > self.largest[name]:
-                    raise PddlError(f"{_text(name)} is {self.first(name)} in :init, which is more "
-                                    f"than --most {name[0]}={self.largest[name]}")  # fmt: skip
+                    raise PddlError(f"{name_text(name)} is {self.first(name)} in :init, which is "
+                                    f"more than --most {name[0]}={self.largest[name]}")  # fmt: skip
             elif name in open_ended:
                 raise PddlError(
-                    f"{open_ended[name]}: nothing says how large {_text(name)} can get: say it by "
-                    f"--most {name[0]}=NUMBER"
+                    f"{open_ended[name]}: nothing says how large {name_text(name)} can get: say it "
+                    f"by --most {name[0]}=NUMBER"
+                )
+            elif limit > LARGEST:
+                raise PddlError(
+                    f"{places[name]}: {name_text(name)} can become {limit}: numbers can be from 0 "
+                    f"to {LARGEST}; --most {name[0]}=NUMBER says a limit"
                 )
 
-    def _use(self, changes: Mapping[Name, _Change], cost: int) -> NumericUse:
-        use = NumericUse({}, {}, {}, tuple(n for n, c in changes.items() if "assign" in c.by), cost)
-        for name, change in changes.items():
-            taken, given = change.amount("decrease"), change.amount("increase")
-            if change.least is not None and change.least[0] > taken:
-                use.needs[name] = change.least[0]
+    def _use(self, ground_use: _GroundUse, cost: int) -> NumericUse:
+        use = NumericUse({}, {}, {}, (), cost)
+        fills: List[Name] = []
+        for name in ground_use.names():
             limit = self.largest[name]
-            if change.most is not None and change.most[0] + given < limit:
-                most, place = change.most
-                raise PddlError(
-                    f"{place}: {_text(name)} can be {most} at most, with {given} added, and "
-                    f"elsewhere {limit}: each number has one limit"
-                )
-            if "assign" in change.by and change.by["assign"][0] != limit:
-                value, place = change.by["assign"]
-                raise PddlError(
-                    f"{place}: {_text(name)} becomes {value}, and it can be {limit}: a number is "
-                    "filled, or changed by a difference"
-                )
+            change = ground_use.changes.get(name, _Change())
+            bound = ground_use.bounds.get(name, _Interval())
+            if change.value is not None:
+                value = round(change.value)
+                if value > limit:
+                    raise PddlError(
+                        f"{change.place}: {name_text(name)} becomes {value}, which is more than "
+                        f"--most {name[0]}={limit}"
+                    )
+                if value == limit:
+                    fills.append(name)
+                else:
+                    use.sets[name] = value
+            taken, given = max(0, -round(change.by)), max(0, round(change.by))
+            if bound.least > taken:
+                use.needs[name] = min(bound.least, LARGEST)
+            if bound.most is not None and bound.most < limit - given:
+                use.most[name] = bound.most
             if taken:
                 use.uses[name] = taken
             if given:
                 use.gives[name] = given
-        return use
+        return NumericUse(use.needs, use.uses, use.gives, tuple(fills), cost, use.most, use.sets)
 
-    def _cost(self, schema: ActionSchema, binding: Mapping[str, str]) -> int:
+    def _cost(self, schema: ActionSchema, objects: Binding) -> int:
         metric = self._problem.metric
         lasts = 1.0
         if schema.duration is not None:
-            lasts = self._evaluate(schema.duration, schema, binding)
+            lasts = float(self._amounts.constant(schema.duration, objects, schema))
         if metric is None:
             cost = lasts if self._is_timed else 1.0
         else:
-            cost = self._added(metric, schema, binding, lasts)
-        if not 0 <= cost <= _LARGEST:
-            raise PddlError(
-                f"{schema.place}: {schema.name} costs {cost:g}, and costs are from 0 on"
-            )
+            cost = self._added(metric, schema, objects, lasts)
+        if not 0 <= cost <= LARGEST:
+            raise PddlError(f"{schema.place}: {schema.name} costs {cost:g}, and costs are from 0 "
+                            f"to {LARGEST}")  # fmt: skip
         return round(cost)
 
     def _added(
-        self, metric: PddlPart, schema: ActionSchema, binding: Mapping[str, str], lasts: float
+        self, metric: PddlPart, schema: ActionSchema, objects: Binding, lasts: float
     ) -> float:
         """Returns how much larger an action makes the metric, which is a sum."""
         value = number_of(metric)
         if value is not None:
             return 0.0
-        name = (metric.text,) if isinstance(metric, Word) else _ground(metric, {})
+        name = (metric.text,) if isinstance(metric, Word) else ground(metric, {})
         if name == _TIME:
             return lasts
         if isinstance(metric, ListForm) and metric.head == "+":
-            return sum(self._added(part, schema, binding, lasts) for part in metric.parts[1:])
+            return sum(self._added(part, schema, objects, lasts) for part in metric.parts[1:])
         if isinstance(metric, ListForm) and metric.head == "*" and len(metric.parts) == 3:
             for factor, part in (metric.parts[1:], metric.parts[:0:-1]):
                 value = number_of(factor)
                 if value is not None:
-                    return value * self._added(part, schema, binding, lasts)
+                    return value * self._added(part, schema, objects, lasts)
         if isinstance(metric, ListForm) and metric.head in ("-", "/", "*"):
             raise PddlError(f"{metric.place}: {shorten(metric.text)} in :metric is not understood: "
                             "there can be sums, and products with a number")  # fmt: skip
         total = 0.0
-        for change in schema.changes:
+        for change in (*schema.changes, *schema.later_changes):
             target = change.parts[1]
-            if isinstance(target, ListForm) and _ground(target, binding) == name:
+            if isinstance(target, ListForm) and ground(target, objects) == name:
                 if change.head != "increase":
                     raise PddlError(f"{change.place}: {change.head} of {shorten(target.text)}: "
                                     "what is minimized can only be increased")  # fmt: skip
-                total += self._evaluate(change.parts[2], schema, binding)
+                total += float(self._amounts.constant(change.parts[2], objects, schema))
         return total
 
-    def _integer(self, part: PddlPart, schema: ActionSchema, binding: Mapping[str, str]) -> int:
-        value = self._evaluate(part, schema, binding)
-        if not (0 <= value <= _LARGEST and value.is_integer()):
-            raise PddlError(f"{part.place}: {shorten(part.text)} is {value:g} for {schema.name}: "
-                            "it has to be a whole number from 0 on")  # fmt: skip
-        return round(value)
 
-    def _evaluate(self, part: PddlPart, schema: ActionSchema, binding: Mapping[str, str]) -> float:
-        value = number_of(part)
-        if value is not None:
-            return value
-        if part.text == "?duration" and schema.duration is not None:
-            return self._evaluate(schema.duration, schema, binding)
-        if isinstance(part, ListForm) and part.head in _OPERATIONS and len(part.parts) == 3:
-            left, right = (self._evaluate(each, schema, binding) for each in part.parts[1:])
-            if part.head == "/" and right == 0:
-                raise PddlError(f"{part.place}: {shorten(part.text)} divides by 0")
-            return _OPERATIONS[part.head](left, right)
-        if isinstance(part, Word) or part.head in _OPERATIONS:
-            raise PddlError(f"{part.place}: {shorten(part.text)} is no amount")
-        if part.head in self._changing:
-            raise PddlError(f"{part.place}: {shorten(part.text)} changes, and an amount has to be "
-                            "constant")  # fmt: skip
-        name = _ground(part, binding)
-        if name not in self._first:
-            raise PddlError(f"{part.place}: {_text(name)} has no value in :init")
-        return self._first[name]
-
-
-def _binding(schema: ActionSchema, objects: Sequence[str]) -> Dict[str, str]:
+def binding(schema: ActionSchema, objects: Sequence[str]) -> Dict[str, str]:
+    """Returns the objects of an action's variables."""
     return dict(zip(schema.parameters, objects))
-
-
-def _ground(form: ListForm, binding: Mapping[str, str]) -> Name:
-    """Returns an atom or a number with objects in the place of variables."""
-    return tuple(binding.get(part.text, part.text) for part in form.parts)
 
 
 def ground_atom(form: ListForm, schema: ActionSchema, objects: Sequence[str]) -> Name:
     """Returns an atom of an action for its objects."""
-    return _ground(form, _binding(schema, objects))
-
-
-def _key(text: str) -> Name:
-    return tuple(text.strip("()").split())
+    return ground(form, binding(schema, objects))
 
 
 def _function(part: PddlPart) -> str:
     return part.head if isinstance(part, ListForm) else part.text
-
-
-def _text(name: Name) -> str:
-    return shorten(f"({' '.join(name)})")

@@ -35,11 +35,12 @@ CHANGES = ("increase", "decrease", "assign")
 _CONNECTIVES = {
     ":precondition": frozenset(("and", "not", "=", *COMPARISONS)),
     ":effect": frozenset(("and", "not", "when", "forall", *CHANGES)),
-    ":goal": frozenset(("and", "not", "=")),
+    ":goal": frozenset(("and", "not", "=", *COMPARISONS)),
 }
 _WITHIN = {  # in which there are no numbers
     ":precondition": "a condition of when, or of not",
     ":effect": "an effect of when or forall",
+    ":goal": "not",
 }
 _RESERVED = frozenset(
     ("and", "not", "=", "when", "forall", "exists", "or", "imply", *COMPARISONS, *CHANGES,
@@ -99,7 +100,7 @@ def check_formula(part: PddlPart, where: str, *, within: bool = False) -> None:
     if part.head in _RESERVED and part.head not in allowed:
         raise not_understood(part.place, f"{part.head} in {where}", allowed)
     inner = part.parts[1:]
-    if part.head in (*COMPARISONS, *CHANGES):
+    if is_comparison(part) or is_change(part):
         if within:
             raise PddlError(f"{part.place}: {part.head} in {_WITHIN[where]} is not understood")
         if len(inner) != 2:
@@ -122,6 +123,18 @@ def check_formula(part: PddlPart, where: str, *, within: bool = False) -> None:
         check_formula(inner[1], where, within=True)
     else:
         _check_atom(part)
+
+
+def is_comparison(form: ListForm) -> bool:
+    """Tells whether a condition compares numbers."""
+    return form.head in COMPARISONS or (
+        form.head == "=" and any(isinstance(part, ListForm) for part in form.parts)
+    )
+
+
+def is_change(form: ListForm) -> bool:
+    """Tells whether an effect changes a number."""
+    return form.head in CHANGES
 
 
 def _check_atom(part: ListForm) -> None:

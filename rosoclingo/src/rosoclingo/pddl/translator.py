@@ -7,12 +7,12 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Collection, Dict, List
+from typing import Collection, Dict, List, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.expressions import ListForm, PddlError
-from rosoclingo.pddl.sas import TranslatedTask, parse_sas
+from rosoclingo.pddl.sas import Assignment, SasEffect, SasOperator, TranslatedTask, parse_sas
 from rosoclingo.seed.downward import (
     DOWNWARD_PACKAGE,
     REINSTALL,
@@ -22,6 +22,9 @@ from rosoclingo.seed.downward import (
 
 _MODULES = ("translate", "fast_downward.translate")  # of up-fast-downward 0.5 and 1.0
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
+_MET = (
+    "changes-goal"  # the fact that is the goal for the translator, if there are numbers in it only
+)
 
 
 def fast_downward() -> Path:
@@ -65,7 +68,8 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
     module = _find_module(programs)
     with tempfile.TemporaryDirectory() as folder:
         output, *files = (Path(folder) / name for name in ("sas", "domain.pddl", "problem.pddl"))
-        texts = _domain_text(domain, changing), _problem_text(problem)
+        is_numeric = bool(problem.comparisons) and len(problem.goal.parts) < 2
+        texts = _domain_text(domain, changing, is_numeric), _problem_text(problem, is_numeric)
         for file, text in zip(files, texts):
             file.write_text(text, encoding="utf-8")
         ended = subprocess.run(  # noqa: S603 (a list, without a shell)
@@ -90,7 +94,31 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
             raise PddlError(f"{problem.goal.place}: the goal can never be met, whatever is done")
         task = parse_sas(output.read_text(encoding="utf-8"))
     operators = tuple(one for one in task.operators if not one.name.startswith(_CHANGES))
-    return TranslatedTask(task.variables, task.init, task.goal, operators)
+    task = TranslatedTask(task.variables, task.init, task.goal, operators)
+    return _without_goal(task) if is_numeric else task
+
+
+def _without_goal(task: TranslatedTask) -> TranslatedTask:
+    """Returns a task without the fact that stood for its goal."""
+    ((met, _),) = task.goal
+    number = {old: new for new, old in enumerate(v for v in range(len(task.init)) if v != met)}
+
+    def renumbered(assignments: Sequence[Assignment]) -> Tuple[Assignment, ...]:
+        return tuple((number[variable], value) for variable, value in assignments)
+
+    operators = tuple(
+        SasOperator(
+            one.name, renumbered(one.preconditions), renumbered(one.exclusions),
+            tuple(
+                SasEffect(renumbered(each.conditions), number[each.variable], each.value)
+                for each in one.effects
+            ),
+        )
+        for one in task.operators
+    )  # fmt: skip
+    return TranslatedTask(
+        tuple(task.variables[v] for v in number), tuple(task.init[v] for v in number), (), operators
+    )
 
 
 def _sections(form: ListForm, *names: str) -> List[str]:
@@ -99,7 +127,7 @@ def _sections(form: ListForm, *names: str) -> List[str]:
     return [found[name] for name in names if name in found]
 
 
-def _domain_text(domain: Domain, changing: Collection[str]) -> str:
+def _domain_text(domain: Domain, changing: Collection[str], is_numeric: bool) -> str:
     head, *others = _sections(domain.form, "domain", ":types", ":constants", ":predicates")
     actions = [
         f"(:action {schema.name} :parameters "
@@ -108,6 +136,11 @@ def _domain_text(domain: Domain, changing: Collection[str]) -> str:
         for schema in domain.actions
     ]
     actions += _changes(domain, changing)
+    if is_numeric:
+        others = [each for each in others if not each.startswith("(:predicates")]
+        predicates = _sections(domain.form, ":predicates") or ["(:predicates)"]
+        others.append(f"{predicates[0][:-1]} ({_MET}))")
+        actions.append(f"(:action {_MET} :parameters () :precondition (and) :effect ({_MET}))")
     return "\n".join(["(define", head, "(:requirements :adl)", *others, *actions, ")"])
 
 
@@ -130,7 +163,8 @@ def _changes(domain: Domain, changing: Collection[str]) -> List[str]:
     return actions
 
 
-def _problem_text(problem: Problem) -> str:
+def _problem_text(problem: Problem, is_numeric: bool) -> str:
     before = _sections(problem.form, "problem", ":domain", ":objects")
+    goal = f"({_MET})" if is_numeric else problem.goal.text
     atoms = " ".join(atom.text for atom in problem.init)
-    return "\n".join(["(define", *before, f"(:init {atoms})", f"(:goal {problem.goal.text})", ")"])
+    return "\n".join(["(define", *before, f"(:init {atoms})", f"(:goal {goal})", ")"])

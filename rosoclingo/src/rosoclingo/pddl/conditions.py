@@ -1,0 +1,514 @@
+"""Compiles quantifiers and disjunctions away: afterwards, conditions are conjunctions of literals.
+
+The action::
+
+    (:action open :parameters (?d - door)
+      :precondition (or (unlocked ?d) (exists (?k - key) (and (have ?k) (fits ?k ?d)))))
+
+becomes ``open ?d``, which needs ``(unlocked ?d)``, and ``open-or-2 ?d ?k``, which needs the rest:
+each alternative is an action, and what exists is one more object of it. ``forall`` becomes a
+conjunction over all objects, ``(either a b)`` a predicate that holds for objects of both types, and
+an effect with alternatives under ``when`` several effects. A goal cannot have alternatives.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import (
+    AbstractSet,
+    Callable,
+    Collection,
+    Dict,
+    FrozenSet,
+    Iterator,
+    List,
+    Mapping,
+    Sequence,
+    Tuple,
+)  # fmt: skip
+
+from rosclingo.errors import shorten
+from rosoclingo.pddl.domain import typed_list
+from rosoclingo.pddl.expressions import ListForm, PddlError, Word
+from rosoclingo.pddl.support import CHANGES, COMPARISONS, PddlPart
+
+_MOST = 200  # alternatives of one action: the planner grounds each of them
+_COMPOUND = ("and", "or", "not", "imply", "forall", "exists")
+_CONTRARY = {"<": ">=", "<=": ">", ">=": "<", ">": "<="}
+_MOMENTS = ("at start", "at end", "over all")
+
+_Alternative = Tuple[Tuple[Tuple[str, str], ...], Tuple[ListForm, ...]]
+"""Further variables with their types, and the literals that have to hold."""
+
+_TRUE: List[_Alternative] = [((), ())]
+_FALSE: List[_Alternative] = []
+
+
+def compile_conditions(
+    domain: ListForm, problem: ListForm, changing: Collection[str] = ()
+) -> Tuple[ListForm, ListForm]:
+    """Returns a task whose conditions and goal are conjunctions of literals.
+
+    Args:
+        domain: All of the domain.
+        problem: All of the problem.
+        changing: Predicates whose facts may change though no action changes them.
+
+    Raises:
+        PddlError: A condition is malformed, has too many alternatives, or the goal has some.
+    """
+    compiler = _Compiler(domain, problem, changing)
+    actions = [new for part in domain.parts for new in compiler.section(part)]
+    goals = [compiler.goal(part) for part in problem.parts]
+    return compiler.declared(ListForm(tuple(actions), domain.place)), compiler.stated(
+        ListForm(tuple(goals), problem.place)
+    )
+
+
+class _Compiler:
+    """Knows the objects and facts that conditions are about."""
+
+    def __init__(self, domain: ListForm, problem: ListForm, changing: Collection[str]) -> None:
+        self._supertypes: Dict[str, str] = {}
+        self._objects: Dict[str, str] = {}
+        for form, head in ((domain, ":types"), (domain, ":constants"), (problem, ":objects")):
+            for part in _sections(form, head):
+                found = typed_list(part.parts[1:])
+                (self._supertypes if head == ":types" else self._objects).update(found)
+        actions = [p for h in (":action", ":durative-action") for p in _sections(domain, h)]
+        effects = [v for action in actions for k, v in _keys(action) if k.text == ":effect"]
+        changed = {f.head for e in effects if isinstance(e, ListForm) for f in e.forms()}
+        declared = [f for part in _sections(domain, ":predicates") for f in part.parts]
+        names = {form.head for form in declared if isinstance(form, ListForm)}
+        self._static: AbstractSet[str] = names - changed - set(changing)
+        self._facts = {f.text for part in _sections(problem, ":init") for f in part.parts}
+        self._names = {action.parts[1].text for action in actions if len(action.parts) > 1}
+        self._eithers: Dict[str, Tuple[str, ...]] = {}
+        self._fresh = itertools.count(1)
+
+    # -- sections ---------------------------------------------------------------------------------
+
+    def section(self, part: PddlPart) -> Iterator[PddlPart]:
+        """Yields what a section of the domain becomes."""
+        head = part.head if isinstance(part, ListForm) else ""
+        if isinstance(part, ListForm) and head in (":action", ":durative-action"):
+            yield from self._action(part)
+        elif isinstance(part, ListForm) and head in (":predicates", ":functions"):
+            yield _mapped(part, _plain_types)
+        else:
+            yield part
+
+    def declared(self, domain: ListForm) -> ListForm:
+        """Returns a domain with the predicates that stand for several types."""
+        made = [
+            ListForm((Word(name, domain.place), Word("?x", domain.place)), domain.place)
+            for name in self._eithers
+        ]
+        if made and not list(_sections(domain, ":predicates")):
+            return _with(domain, ListForm((Word(":predicates", domain.place), *made), domain.place))
+        return _mapped(
+            domain, lambda part: _with(part, *made) if part.head == ":predicates" else part
+        )
+
+    def stated(self, problem: ListForm) -> ListForm:
+        """Returns a problem with the facts of those predicates."""
+        made = [
+            ListForm((Word(name, problem.place), Word(each, problem.place)), problem.place)
+            for name, types in self._eithers.items()
+            for each in self._of(types)
+        ]
+        return _mapped(problem, lambda part: _with(part, *made) if part.head == ":init" else part)
+
+    def goal(self, part: PddlPart) -> PddlPart:
+        """Returns the goal without quantifiers; other sections stay as they are."""
+        if not isinstance(part, ListForm) or part.head != ":goal" or len(part.parts) != 2:
+            return part
+        form = part.parts[1]
+        if not isinstance(form, ListForm) or not _is_complex(form):
+            return part
+        alternatives = self._alternatives(form, True, {}, is_goal=True)
+        if not alternatives:
+            raise PddlError(f"{form.place}: the goal can never be met, whatever is done")
+        if len(alternatives) > 1:
+            place = next((f.place for f in form.forms() if f.head in _COMPOUND[1:]), form.place)
+            raise PddlError(
+                f"{place}: the goal has {len(alternatives)} alternatives: a goal is what holds "
+                "together; request each alternative as a goal of its own"
+            )
+        return ListForm((part.parts[0], _conjunction(alternatives[0][1], form.place)), part.place)
+
+    # -- actions ----------------------------------------------------------------------------------
+
+    def _action(self, action: ListForm) -> Iterator[ListForm]:
+        keys = dict(_keys(action))
+        found = {key.text: value for key, value in keys.items()}
+        parameters = found.get(":parameters", ListForm((), action.place))
+        if not isinstance(parameters, ListForm) or len(action.parts) % 2:
+            yield action  # malformed, as who reads it says
+            return
+        parameters, typed = self._parameters(parameters)
+        where = ":condition" if action.head == ":durative-action" else ":precondition"
+        condition = found.get(where, ListForm((), action.place))
+        effect = found.get(":effect")
+        if isinstance(effect, ListForm):
+            effect = self._effect(effect)
+        if not isinstance(condition, ListForm):
+            yield action
+            return
+        alternatives: List[_Alternative] = [((), tuple(typed))] if typed else _TRUE
+        if _is_complex(condition):
+            timed = action.head == ":durative-action"
+            typed_ones = [_at_start(each) for each in typed] if timed else typed
+            inner = self._timed(condition) if timed else self._alternatives(condition, True, {})
+            alternatives = _product([((), tuple(typed_ones))], inner, condition)
+        elif typed:
+            own = condition.parts[1:] if condition.head == "and" else [condition]
+            forms = [part for part in own if isinstance(part, ListForm) and part.parts]
+            timed_ones = typed
+            if action.head == ":durative-action":
+                timed_ones = [_at_start(each) for each in typed]
+            alternatives = [((), (*timed_ones, *forms))]
+        else:
+            yield self._written(action, action.parts[1], parameters, (where, condition), effect)
+            return
+        for number, (variables, literals) in enumerate(alternatives, 1):
+            name = action.parts[1]
+            if number > 1:
+                name = Word(self._new_name(f"{name.text}-or-{number}"), name.place)
+            more = [
+                Word(text, parameters.place)
+                for variable, kind in variables
+                for text in (variable, "-", kind)
+            ]
+            listed = ListForm((*_ended(parameters.parts), *more), parameters.place)
+            whole = _conjunction(literals, condition.place)
+            yield self._written(action, name, listed, (where, whole), effect)
+
+    def _new_name(self, name: str) -> str:
+        while name in self._names:
+            name += "-"
+        self._names.add(name)
+        return name
+
+    @staticmethod
+    def _written(
+        action: ListForm,
+        name: PddlPart,
+        parameters: ListForm,
+        condition: Tuple[str, ListForm],
+        effect: object,
+    ) -> ListForm:
+        """Returns an action with other parts in the place of its own."""
+        new: List[PddlPart] = [action.parts[0], name]
+        values: Dict[str, object] = {":parameters": parameters, ":effect": effect}
+        values[condition[0]] = condition[1]
+        present = {key.text for key, _ in _keys(action)}
+        for key, value in _keys(action):
+            given = values.get(key.text, value)
+            new += [key, given if isinstance(given, (ListForm, Word)) else value]
+        if condition[0] not in present and len(condition[1].parts) > 1:
+            new += [Word(condition[0], action.place), condition[1]]
+        return ListForm(tuple(new), action.place)
+
+    def _parameters(self, parameters: ListForm) -> Tuple[ListForm, List[ListForm]]:
+        """Returns variables with one type each, and atoms for those that had several."""
+        parts: List[PddlPart] = []
+        atoms: List[ListForm] = []
+        waiting: List[Word] = []
+        for part in parameters.parts:
+            if isinstance(part, Word):
+                waiting = [] if parts and parts[-1].text == "-" else waiting
+                if part.text != "-" and not (parts and parts[-1].text == "-"):
+                    waiting.append(part)
+                parts.append(part)
+                continue
+            types = _either(part)
+            name = f"either-{'-'.join(types)}"
+            self._eithers[name] = types
+            atoms += [ListForm((Word(name, part.place), each), part.place) for each in waiting]
+            waiting = []
+            parts.append(Word("object", part.place))
+        return ListForm(tuple(parts), parameters.place), atoms
+
+    def _effect(self, form: ListForm) -> ListForm:
+        """Returns an effect whose conditions are conjunctions."""
+        inner = form.parts[1:]
+        if form.head == "forall" and len(inner) == 2 and isinstance(inner[0], ListForm):
+            body = self._effect(inner[1]) if isinstance(inner[1], ListForm) else inner[1]
+            lists = list(_one_type_each(inner[0]))
+            made = tuple(ListForm((form.parts[0], each, body), form.place) for each in lists)
+            return made[0] if len(made) == 1 else _conjunction(made, form.place)
+        if form.head == "when" and len(inner) == 2 and isinstance(inner[0], ListForm):
+            condition = inner[0]
+            if not _is_complex(condition):
+                return form
+            made = tuple(
+                self._when(form, variables, literals)
+                for variables, literals in self._alternatives(condition, True, {})
+            )
+            return made[0] if len(made) == 1 else _conjunction(made, form.place)
+        if form.head == "and" or " ".join(p.text for p in form.parts[:2]) in _MOMENTS:
+            return _mapped(form, self._effect)
+        return form
+
+    @staticmethod
+    def _when(
+        form: ListForm, variables: Sequence[Tuple[str, str]], literals: Sequence[ListForm]
+    ) -> ListForm:
+        place = form.place
+        when = ListForm((form.parts[0], _conjunction(literals, place), form.parts[2]), place)
+        if not variables:
+            return when
+        words = tuple(Word(text, place) for each in variables for text in (each[0], "-", each[1]))
+        return ListForm((Word("forall", place), ListForm(words, place), when), place)
+
+    # -- conditions -------------------------------------------------------------------------------
+
+    def _timed(self, form: ListForm) -> List[_Alternative]:
+        """Returns the alternatives of a condition whose parts have moments."""
+        if form.head == "and":
+            found = _TRUE
+            for part in form.parts[1:]:
+                found = _product(found, self._timed(_formula(part)), form)
+            return found
+        moment = form.parts[:2]
+        if " ".join(p.text for p in moment) not in _MOMENTS or len(form.parts) != 3:
+            raise PddlError(f"{form.place}: {shorten(form.text)} is not understood: there can be "
+                            + ", ".join(f"({each} ...)" for each in _MOMENTS))  # fmt: skip
+        return [
+            (variables, tuple(ListForm((*moment, each), each.place) for each in literals))
+            for variables, literals in self._alternatives(_formula(form.parts[2]), True, {})
+        ]
+
+    def _alternatives(
+        self, form: ListForm, holds: bool, objects: Mapping[str, str], *, is_goal: bool = False
+    ) -> List[_Alternative]:
+        """Returns the alternatives by which a condition holds, or does not.
+
+        Args:
+            form: The condition.
+            holds: Whether it is to hold.
+            objects: What stands for its variables.
+            is_goal: Whether what exists is to be named, as a goal has no variables.
+        """
+        inner = form.parts[1:]
+        if form.head not in _COMPOUND:
+            return self._literal(form, holds, objects) if form.parts else _TRUE
+        if form.head == "not":
+            (only,) = _formulas(form, 1)
+            return self._alternatives(only, not holds, objects, is_goal=is_goal)
+        if form.head in ("forall", "exists"):
+            if len(inner) != 2 or not isinstance(inner[0], ListForm):
+                raise PddlError(f"{form.place}: {form.head} has variables and a condition")
+            body = _formula(inner[1])
+            if (form.head == "exists") == holds and not is_goal:
+                return self._existing(inner[0], body, holds, objects)
+            parts: List[Tuple[ListForm, bool, Mapping[str, str]]]
+            parts = [(body, holds, each) for each in self._bindings(inner[0], objects)]
+            is_all = (form.head == "forall") == holds
+        elif form.head == "imply":
+            first, second = _formulas(form, 2)
+            parts = [(first, not holds, objects), (second, holds, objects)]
+            is_all = not holds
+        else:
+            parts = [(each, holds, objects) for each in _formulas(form)]
+            is_all = (form.head == "and") == holds
+        found = _TRUE if is_all else _FALSE
+        for part, wanted, bound in parts:
+            own = self._alternatives(part, wanted, bound, is_goal=is_goal)
+            found = _product(found, own, form) if is_all else _joined([*found, *own], form)
+        return found
+
+    def _existing(
+        self, variables: ListForm, body: ListForm, holds: bool, objects: Mapping[str, str]
+    ) -> List[_Alternative]:
+        found: List[_Alternative] = []
+        for each in _one_type_each(variables):
+            types = typed_list(each.parts)
+            renamed = {name: f"{name}-{next(self._fresh)}" for name in types}
+            added = tuple((renamed[name], kind) for name, kind in types.items())
+            for more, literals in self._alternatives(body, holds, {**objects, **renamed}):
+                found.append(((*added, *more), literals))
+        return found
+
+    def _bindings(
+        self, variables: ListForm, objects: Mapping[str, str]
+    ) -> Iterator[Mapping[str, str]]:
+        for each in _one_type_each(variables):
+            types = typed_list(each.parts)
+            for chosen in itertools.product(*(self._of((kind,)) for kind in types.values())):
+                yield {**objects, **dict(zip(types, chosen))}
+
+    def _of(self, kinds: Sequence[str]) -> List[str]:
+        """Returns the objects of some types, or of kinds of them."""
+        return [each for each, own in self._objects.items() if {*self._kinds(own)} & {*kinds}]
+
+    def _kinds(self, kind: str) -> Iterator[str]:
+        seen: List[str] = []
+        while kind not in seen:
+            seen.append(kind)
+            kind = self._supertypes.get(kind, "object")
+        yield from (*seen, "object")
+
+    def _literal(
+        self, form: ListForm, holds: bool, objects: Mapping[str, str]
+    ) -> List[_Alternative]:
+        literal = _substituted(form, objects)
+        if form.head in COMPARISONS:
+            head = form.head if holds else _CONTRARY[form.head]
+            return [((), (_headed(literal, head),))]
+        if form.head == "=" and any(isinstance(part, ListForm) for part in form.parts):
+            heads = ("=",) if holds else ("<", ">")
+            return [((), (_headed(literal, head),)) for head in heads]
+        ends = [part.text for part in literal.parts[1:]]
+        if form.head == "=" and len(ends) == 2 and ends[0] == ends[1]:
+            return _TRUE if holds else _FALSE
+        if not any(text.startswith("?") for text in ends):
+            if form.head == "=":
+                return _FALSE if holds else _TRUE
+            if form.head in self._static:
+                return _TRUE if (literal.text in self._facts) == holds else _FALSE
+        if not holds:
+            literal = ListForm((Word("not", form.place), literal), form.place)
+        return [((), (literal,))]
+
+
+def _product(
+    left: Sequence[_Alternative], right: Sequence[_Alternative], form: ListForm
+) -> List[_Alternative]:
+    """Returns the alternatives by which two conditions hold."""
+    if len(left) * len(right) > 100 * _MOST:
+        raise _too_many(form)
+    return _joined(
+        [
+            ((*more, *variables), tuple({each.text: each for each in (*own, *literals)}.values()))
+            for more, own in left
+            for variables, literals in right
+        ],
+        form,
+    )
+
+
+def _joined(found: Sequence[_Alternative], form: ListForm) -> List[_Alternative]:
+    """Leaves out alternatives that contradict themselves, or that need more than another one."""
+    kept: List[Tuple[FrozenSet[str], _Alternative]] = []
+    for one in sorted(found, key=lambda each: len(each[1])):
+        texts = frozenset(each.text for each in one[1])
+        if any(f"(not {text})" in texts for text in texts):
+            continue
+        if not any(other <= texts for other, _ in kept):
+            kept.append((texts, one))
+    if len(kept) > _MOST:
+        raise _too_many(form)
+    order = {id(one): number for number, one in enumerate(found)}
+    return sorted((one for _, one in kept), key=lambda one: order[id(one)])
+
+
+def _too_many(form: ListForm) -> PddlError:
+    return PddlError(f"{form.place}: {shorten(form.text)} has more than {_MOST} alternatives: say "
+                     "them by several actions, or by facts")  # fmt: skip
+
+
+def _is_complex(form: ListForm) -> bool:
+    """Whether a condition is more than a conjunction of literals."""
+    for each in form.forms():
+        if each.head in ("or", "exists", "imply", "forall"):
+            return True
+        if each.head == "not" and len(each.parts) == 2:
+            inner = each.parts[1]
+            of_numbers = isinstance(inner, ListForm) and inner.head == "="
+            if isinstance(inner, ListForm) and (
+                inner.head in (*_COMPOUND, *COMPARISONS)
+                or (of_numbers and any(isinstance(part, ListForm) for part in inner.parts))
+            ):
+                return True
+    return False
+
+
+def _formula(part: PddlPart) -> ListForm:
+    if isinstance(part, Word):
+        raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
+    if part.head in ("when", "preference", *CHANGES):
+        raise PddlError(f"{part.place}: {part.head} in a condition is not understood")
+    return part
+
+
+def _formulas(form: ListForm, count: int = -1) -> List[ListForm]:
+    if count >= 0 and len(form.parts) != count + 1:
+        raise PddlError(f"{form.place}: {form.head} has {count} part{'s' * (count > 1)}, and this "
+                        f"has {len(form.parts) - 1}")  # fmt: skip
+    return [_formula(part) for part in form.parts[1:]]
+
+
+def _either(form: ListForm) -> Tuple[str, ...]:
+    """Returns the types of ``(either ...)``."""
+    if form.head != "either" or len(form.parts) < 2:
+        raise PddlError(f"{form.place}: {shorten(form.text)} is not understood: there can be a "
+                        "type, or (either TYPE...)")  # fmt: skip
+    return tuple(part.text for part in form.parts[1:])
+
+
+def _one_type_each(variables: ListForm) -> Iterator[ListForm]:
+    """Yields lists of variables that have one type each, one for each choice of types."""
+    choices = [
+        _either(part) if isinstance(part, ListForm) else (part.text,) for part in variables.parts
+    ]
+    for chosen in itertools.product(*choices):
+        words = (Word(text, variables.place) for text in chosen)
+        yield ListForm(tuple(words), variables.place)
+
+
+def _plain_types(form: ListForm) -> ListForm:
+    parts = [
+        Word("object", part.place) if isinstance(part, ListForm) and part.head == "either" else part
+        for part in form.parts
+    ]
+    return ListForm(tuple(parts), form.place)
+
+
+def _ended(parameters: Sequence[PddlPart]) -> Sequence[PddlPart]:
+    """Returns variables of which the last ones have a type, so that others may follow."""
+    if not parameters or (len(parameters) > 1 and parameters[-2].text == "-"):
+        return parameters
+    place = parameters[-1].place
+    return (*parameters, Word("-", place), Word("object", place))
+
+
+def _substituted(form: ListForm, objects: Mapping[str, str]) -> ListForm:
+    parts = [
+        _substituted(part, objects)
+        if isinstance(part, ListForm)
+        else Word(objects.get(part.text, part.text), part.place)
+        for part in form.parts
+    ]
+    return ListForm(tuple(parts), form.place)
+
+
+def _headed(form: ListForm, head: str) -> ListForm:
+    return ListForm((Word(head, form.place), *form.parts[1:]), form.place)
+
+
+def _at_start(form: ListForm) -> ListForm:
+    return ListForm((Word("at", form.place), Word("start", form.place), form), form.place)
+
+
+def _conjunction(forms: Sequence[ListForm], place: str) -> ListForm:
+    return ListForm((Word("and", place), *forms), place)
+
+
+def _with(form: ListForm, *more: ListForm) -> ListForm:
+    return ListForm((*form.parts, *more), form.place)
+
+
+def _mapped(form: ListForm, change: Callable[[ListForm], ListForm]) -> ListForm:
+    parts = [change(part) if isinstance(part, ListForm) else part for part in form.parts]
+    return ListForm(tuple(parts), form.place)
+
+
+def _sections(form: ListForm, head: str) -> Iterator[ListForm]:
+    yield from (p for p in form.parts if isinstance(p, ListForm) and p.head == head)
+
+
+def _keys(action: ListForm) -> Iterator[Tuple[PddlPart, PddlPart]]:
+    """Yields the keys of an action with their values."""
+    yield from zip(action.parts[2::2], action.parts[3::2])
