@@ -9,6 +9,7 @@ import rospy
 from std_srvs.srv import Trigger
 
 from rosclingo.errors import TermError
+from rosclingo.limits import too_long
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import Control, ControlArrived
@@ -55,6 +56,9 @@ class OperatorServices:
             )
 
     def _request_of(self, word: Control, text: str, action: str) -> Tuple[bool, str]:
+        reason = too_long(actuator=text, action=action)
+        if reason is not None:
+            return False, reason
         try:
             actuator, action = (canonical(one) if one else "" for one in (text, action))
         except TermError as err:
