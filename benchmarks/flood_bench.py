@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
 """Load test: how soon a goal's first action comes under a flood of inputs, and if each goal ends.
 
-usage: flood_bench.py [--each] [--seconds N]
+usage: flood_bench.py [--each] [--seconds N] [--only-goals] [--goals N...]
 
 Five kinds of inputs come in turn: the same message, different known ones, unknown ones, goals that
 are cancelled at once, and answers that were given before. After a minute of 1,000 a second, more
 and more come until something breaks. With --each, each kind comes alone, too.
+
+Then 10,000 goals come at once to a planning node with a store: how many are acknowledged in a
+second, and how much longer a cancel request, an operator and a robot's answer take than before.
+--goals says how many, one burst after the other; with --only-goals the rest is left out.
 
 Run by scripts/bench. Exit status 1 says that a limit is missed.
 """
@@ -19,10 +23,11 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import List, Optional, Sequence
+from typing import Any, List, Optional, Sequence
 
 from actionlib_msgs.msg import GoalStatus
 
+import probe
 from harness import HarnessError, Measurements, Row, Samples, measure
 from rosoclingo.msg import ROSoClingoGoal, ROSoClingoOut
 from rosoclingo_bench import Actuator
@@ -41,6 +46,10 @@ SECONDS = 60.0  # how long it lasts
 SHORT_SECONDS = 15.0  # how long one of another rate or kind lasts
 FASTEST = 16_000
 WORK_SECONDS = 0.02  # how long an action takes
+LINE = FOLDER.parent / "rosoclingo" / "example" / "line.lp"
+GOALS = 10_000  # at once
+MOST_MILLISECONDS = 1.0  # for each to be acknowledged
+SILENT_SECONDS = 20.0
 LONGEST_SECONDS = 60.0  # a goal that takes longer does not end
 
 
@@ -93,6 +102,56 @@ class Bench(Measurements):
                 flooded = self._measure(name, RATE, (kind,), SHORT_SECONDS)
                 self._add(f"{name}, {RATE} a second, {kind}", quiet, flooded, None)
             self._go_on(name, quiet)
+
+    def goals(self, counts: Sequence[int]) -> None:
+        """Measures bursts of goals, with a store."""
+        for count in counts:
+            self._burst(count)
+
+    def _burst(self, count: int) -> None:
+        """Measures how soon many goals are acknowledged, and what they hold up."""
+        store = self.folder / f"{count}.store"
+        mode = ("-f", str(MODE), "-c", "steps=50")
+        self.system.rosrun("rosclingo", "run.py", "-f", str(LINE), name="planner")
+        self.system.rosrun("rosclingo", "run.py", *mode, name="controller")
+        self.system.rosrun("rosoclingo", "run.py", f"_store:={store}", name="stored")
+        name = f"{count} goals, with a store"
+        robot = probe.Probe("stored")
+        over = threading.Event()
+        over.set()
+        silent = robot.run(SILENT_SECONDS, over)
+        over.clear()
+        burst = subprocess.Popen(
+            [sys.executable, str(FOLDER / "burst.py"), "stored", str(count)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        said: List[str] = []
+        assert burst.stdout is not None
+        burst.stdout.readline()
+
+        def watch() -> None:
+            said.append(burst.communicate("go\n")[0])
+            over.set()
+
+        threading.Thread(target=watch, daemon=True).start()
+        phases = {"come": robot.run(0.0, over), "wait": robot.run(SILENT_SECONDS, over)}
+        if burst.returncode or not said[0].strip():
+            raise HarnessError(f"{name}: not all are acknowledged")
+        each = Samples("ms", (float(said[0]) * 1e3 / count,))
+        self.report.add(
+            Row(f"{name}, acknowledged", None, each, "each", each.median, "ms", MOST_MILLISECONDS)
+        )
+        for kind in probe.KINDS:
+            self.report.add(Row(f"{kind}, no flood", None, silent[kind]))
+            for phase, times in phases.items():
+                ratio = times[kind].median / silent[kind].median
+                what = f"{kind}, {name}, that {phase}"
+                self.report.add(Row(what, None, times[kind], "with / without", ratio, "x", LIMIT))
+        robot.close()
+        for node in ("stored", "controller", "planner"):
+            self.system.end(node)
 
     def _go_on(self, name: str, quiet: Samples) -> None:
         """Doubles the rate until a goal does not end, or the ratio is missed."""
@@ -177,9 +236,17 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--each", action="store_true", help="have each kind come alone, too")
     parser.add_argument("--seconds", type=float, default=SECONDS, help="how long the flood lasts")
+    parser.add_argument("--only-goals", action="store_true", help="measure bursts of goals only")
+    parser.add_argument("--goals", type=int, nargs="+", default=[GOALS], help="sizes of bursts")
     arguments = parser.parse_args()
-    each, seconds = arguments.each, arguments.seconds
-    return measure("flood", lambda *parts: Bench(*parts).run(each, seconds))
+
+    def run(*parts: Any) -> None:
+        bench = Bench(*parts)
+        if not arguments.only_goals:
+            bench.run(arguments.each, arguments.seconds)
+        bench.goals(arguments.goals)
+
+    return measure("flood", run)
 
 
 if __name__ == "__main__":

@@ -20,8 +20,8 @@ ROS = {  # but for rospkg, which looks for folders only
 # From the bottom up: each may import from those before it. Modules stand beside folders.
 FLOORS = {
     "rosclingo": [
-        "libraries", "start", "free_file", "errors", "strict_yaml", "health", "wire", "solver",
-        "ros",
+        "libraries", "start", "free_file", "errors", "limits", "strict_yaml", "health", "wire",
+        "solver", "ros",
     ],
     "rosoclingo": [
         "errors", "launched", "seed",

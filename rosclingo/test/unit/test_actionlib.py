@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import io
 import threading
 from types import SimpleNamespace
 from typing import Any, Callable, Dict, Iterator, List, Set, Tuple
@@ -10,9 +11,10 @@ from typing import Any, Callable, Dict, Iterator, List, Set, Tuple
 import pytest
 import rospy
 from actionlib import CommState, msg
-from actionlib_msgs.msg import GoalID, GoalStatus
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from waiting import wait_for
 
+from rosclingo.limits import MOST_ID
 from rosclingo.ros import action_client, action_server
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.action_server import LowLatencyActionServer
@@ -95,7 +97,7 @@ class Server:
 
     @property
     def listed(self) -> List[str]:
-        return [goal.status.goal_id.id for goal in self.server.status_list]
+        return list(self.server._trackers)
 
 
 def quiet(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -224,3 +226,101 @@ def test_a_result_that_comes_again(topics: object, monkeypatch: pytest.MonkeyPat
     client._result_cb(RESULT)
     assert goal.get_comm_state() == CommState.DONE
     assert not errors
+
+
+class Batches:
+    """A server with batches, and what its application is given."""
+
+    def __init__(self) -> None:
+        self.goals: List[List[str]] = []
+        self.cancels: List[List[str]] = []
+        self.blocks = threading.Lock()
+        self.server = LowLatencyActionServer(
+            "a", msg.TestAction, self._on_goals, self._on_cancels, msg.TestResult(7), batches=True
+        )
+        self.server.start()
+
+    def send(self, *identifiers: str) -> None:
+        for one in identifiers:
+            message = msg.TestActionGoal(goal_id=GoalID(id=one, stamp=rospy.Time(1)))
+            message._connection_header = {"callerid": "/client"}
+            self.server.internal_goal_callback(message)
+
+    def taken(self) -> List[str]:
+        return [one for batch in self.goals for one in batch]
+
+    def _on_goals(self, handles: List[Any]) -> None:
+        with self.blocks:
+            self.goals.append([one.get_goal_id().id for one in handles])
+
+    def _on_cancels(self, handles: List[Any]) -> None:
+        self.cancels.append([one.get_goal_id().id for one in handles])
+
+
+def test_goals_that_come_together_are_taken_together(topics: Dict[str, Topic]) -> None:
+    served = Batches()
+    first, *others = map(str, range(200))
+    with served.blocks:  # the application is busy with what has come before
+        served.send(first)
+        wait_for(lambda: not served.server._waiting)
+        served.send(*others)
+    wait_for(lambda: len(served.taken()) == 200)
+    assert served.taken() == [first, *others]
+    assert len(served.goals) <= 2 + 200 // action_server._BATCH
+    wait_for(lambda: len(topics["a/status"].sent[-1].status_list) == 200)
+
+
+@pytest.fixture
+def unserved(topics: object, monkeypatch: pytest.MonkeyPatch) -> Batches:
+    """A server whose thread takes no goals: they wait."""
+    monkeypatch.setattr(LowLatencyActionServer, "_take_waiting", lambda _: None)
+    quiet(monkeypatch)
+    served = Batches()
+    served.send(*map(str, range(100)))
+    return served
+
+
+def test_a_cancel_request_overtakes_the_goals_that_wait(unserved: Batches) -> None:
+    unserved.server.internal_cancel_callback(GoalID(id="70"))
+    assert (unserved.goals, unserved.cancels) == ([["70"]], [["70"]])
+    unserved.server.internal_cancel_callback(GoalID(id="to come"))
+    assert unserved.taken() == ["70"]
+    assert list(unserved.server._trackers) == ["70", "to come"]
+
+
+@pytest.mark.parametrize("stamp", [0, 1])
+def test_a_cancel_request_for_all_is_for_those_that_wait(unserved: Batches, stamp: int) -> None:
+    unserved.server.internal_cancel_callback(GoalID(stamp=rospy.Time(stamp)))
+    assert unserved.taken() == list(map(str, range(100)))
+    assert [one for batch in unserved.cancels for one in batch] == unserved.taken()
+    most = action_server._BATCH
+    assert max(map(len, (*unserved.goals, *unserved.cancels))) <= most  # others have their turn
+    assert len(unserved.cancels) <= 1 + 100 // most
+
+
+def test_ids_that_are_too_long_are_dropped(topics: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    said: List[Any] = []
+    monkeypatch.setattr(rospy, "logwarn", lambda *words: said.append(words))
+    server = Server()
+    for _ in range(3):
+        server.server.internal_cancel_callback(GoalID(id="x" * (MOST_ID + 1)))
+        assert server.goal("y" * (MOST_ID + 1)) is None
+    assert server.listed == []
+    assert len(said) == 1
+    assert f"its id has more than {MOST_ID} characters" in said[0][0] % said[0][1:]
+    server.goal("z" * MOST_ID)
+    assert server.listed == ["z" * MOST_ID]
+
+
+def test_statuses_are_encoded_as_they_are(topics: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    quiet(monkeypatch)
+    server = Server()
+    for number in range(3):
+        server.goal(str(number))
+    for change in (lambda: None, server.goals[1].set_accepted, server.goals[2].set_canceled):
+        change()
+        written, expected = io.BytesIO(), io.BytesIO()
+        message = action_server._StatusList(server.server._trackers.values())
+        message.serialize(written)
+        GoalStatusArray(message.header, message.status_list).serialize(expected)
+        assert written.getvalue() == expected.getvalue()

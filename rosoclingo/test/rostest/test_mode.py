@@ -14,18 +14,20 @@ from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 from waiting import TIMEOUT, wait_for
 
+from rosclingo.limits import MOST_TEXT
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosoclingo.msg import (
     ROSoClingoAction,
     ROSoClingoAnswer,
     ROSoClingoDispatch,
+    ROSoClingoEvent,
     ROSoClingoFeedback,
     ROSoClingoGoal,
     ROSoClingoIn,
     ROSoClingoOut,
     ROSoClingoToken,
 )
-from rosoclingo.srv import GetGoalInformation
+from rosoclingo.srv import ControlActuator, GetGoalInformation
 
 # How much comes at once: a lot for one mode, since inbox and action server are the same in all, and
 # else what is more than there is room for.
@@ -43,14 +45,16 @@ _NEXT = {  # the statuses that may follow one, by actionlib's table
 class Goal:
     """A goal on its way, with everything that came back."""
 
-    def __init__(self, client: LowLatencyActionClient, request: str) -> None:
+    def __init__(
+        self, client: LowLatencyActionClient, request: str, information: Optional[List[str]] = None
+    ) -> None:
         self.lines: List[str] = []
         self._said = threading.Condition()  # guards the lines
         self._known = threading.Event()
         self._active = threading.Event()
         self._canceling = threading.Event()
         self._done = threading.Event()
-        goal = ROSoClingoGoal(request, [f"about {request}", "more"])
+        goal = ROSoClingoGoal(request, information or [f"about {request}", "more"])
         self.handle = client.send_goal(goal, self._on_transition, self._on_feedback)
 
     def _on_transition(self, handle: ClientGoalHandle) -> None:
@@ -144,8 +148,8 @@ class ModeTestCase(unittest.TestCase):
         assert cls.client.wait_for_server(rospy.Duration.from_sec(TIMEOUT))
         cls.robot = Robot()
 
-    def goal(self, request: str) -> Goal:
-        return Goal(self.client, request)
+    def goal(self, request: str, information: Optional[List[str]] = None) -> Goal:
+        return Goal(self.client, request, information)
 
 
 class TestStatic(ModeTestCase):
@@ -314,6 +318,31 @@ class TestDynamic(ModeTestCase):
         for identifier, value in bad:
             self.robot.send(identifier, value)
         self.assertEqual(self.goal("visit(3)").end(), "SUCCEEDED")
+
+    def test_what_is_too_long(self) -> None:
+        """It is dropped or refused where it comes in, and neither kept nor journaled."""
+        noted: List[int] = []
+        journal = rospy.Subscriber(
+            "rosoclingo/journal",
+            ROSoClingoEvent,
+            lambda event: noted.append(len(str(event))),
+        )
+        wait_for(lambda: journal.get_num_connections() > 0)
+        long = '"' + "x" * 2**20 + '"'
+        for _ in range(40):
+            self.robot.send("info", long)
+        for goal in (self.goal(f"visit({long})"), self.goal("visit(3)", [long])):
+            self.assertEqual(goal.end(), "REJECTED")
+            self.assertIn("an input has at most 16384", goal.text)
+        for word in ("approve", "hold"):
+            reply = rospy.ServiceProxy(f"rosoclingo/{word}", ControlActuator)("robot", long)
+            self.assertFalse(reply.success)
+            self.assertIn("an input has at most 16384", reply.message)
+        with self.assertRaisesRegex(rospy.ServiceException, "an input has at most 16384"):
+            rospy.ServiceProxy("rosoclingo/get_goal_information", GetGoalInformation)(long)
+        self.assertEqual(self.goal("visit(3)").end(), "SUCCEEDED")
+        self.assertLess(max(noted), MOST_TEXT)
+        journal.unregister()
 
     def test_many_messages(self) -> None:
         for number in range(MESSAGES):

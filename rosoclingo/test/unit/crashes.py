@@ -151,9 +151,10 @@ class Life(System):
         self._world.clients[key].known = True
 
     def wait(self, timeout: float) -> bool:
+        before = len(self._backlog)
         if not self._items:
             self._world.turn(self)
-        if not self._items:
+        if not self._items and len(self._backlog) == before:
             self.close()
         return True
 

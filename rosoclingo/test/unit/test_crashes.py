@@ -137,6 +137,36 @@ def test_retries_at_every_point(mode: str, encoding: str, folder: Path) -> None:
         assert outcome(disturbed) == outcome(calm), (number, points[number])
 
 
+@pytest.mark.costly
+@pytest.mark.long
+def test_a_backlog_at_every_point(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Goals that wait in the inbox outlast the process, at each twentieth point."""
+    monkeypatch.setattr("rosoclingo.loop.mail.MOST_QUEUED", 1)
+    backlogs: List[int] = []
+
+    class Watched(Life):
+        def make_room(self, goals: int) -> None:
+            super().make_room(goals)
+            backlogs.append(self.backlog)
+
+    monkeypatch.setattr("crashes.Life", Watched)
+    requests = [f"visit({n})" for n in (2, 3, 1, 4, 99, 2, 5, 1)]
+
+    def asked() -> World:
+        return World(requests, {"8": ""})
+
+    runs, calm = Runs(folder, DYN_RESET), asked()
+    points = list(runs.run(calm))
+    ends = {str(n): ["succeeded"] for n in range(1, 9)}
+    ends.update({"5": ["rejected"], "8": ["canceled"]})
+    assert outcome(calm)[1] == ends
+    assert max(backlogs) >= 2
+    for number in range(1, len(points), 20):
+        disturbed = asked()
+        runs.run(disturbed, [number])
+        assert outcome(disturbed)[1] == ends, (number, points[number])
+
+
 class Batch(Life):
     """A life in which a request of an operator and a goal come together in a command."""
 

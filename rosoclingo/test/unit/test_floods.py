@@ -13,7 +13,8 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumed, Improvement, Outcome, Result
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
-from rosoclingo.loop.journal import MessageDropped
+from rosoclingo.loop.inputs.inbox import MOST_QUEUED
+from rosoclingo.loop.journal import ARRIVALS, GoalArrived, MessageArrived, MessageDropped
 from rosoclingo.loop.values.solver import Forwarding
 
 LOOK = 0.01  # seconds between two looks at what has come
@@ -215,3 +216,53 @@ def test_what_waits_when_the_loop_ends_is_refused(tmp_path: Path) -> None:
     late = system.request("visit(2)")
     system.loop.end("it is over")
     assert (late.words, late.reason) == (["rejected"], "it is over")
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("mode", ["dynamic.incremental.dyn_reset", SINGLE])
+def test_a_queue_of_goals_holds_nothing_up(mode: str, tmp_path: Path) -> None:
+    """An answer, a message and a cancel request are taken before goals that have come earlier."""
+    system = Flooded(parts(mode, tmp_path).loop, nothing)
+    system.request("visit(3)")
+    system.until(lambda: bool(system.acting))
+    flood = [system.new_goal("visit(1)", (), f"flood {n}") for n in range(5 * MOST_QUEUED)]
+    system.put(*flood)
+    system.cancel(flood[-1])
+    assert flood[-1].words == ["canceled"]
+    before = len(system.journal)
+    system.tell("robot", "success")
+    system.tell("info", "note(1)")
+    system.loop.state.mail.take()
+    taken = [entry.event for entry in system.journal[before:]]
+    assert [type(event) for event in taken if isinstance(event, ARRIVALS)][-2:] == [
+        MessageArrived, MessageArrived
+    ]  # fmt: skip
+    most = MOST_QUEUED + len(system.loop.state.goals.slots)
+    assert sum(isinstance(event, GoalArrived) for event in taken) <= most
+    state = system.loop.state.snapshot()
+    assert len(state.goals.goals) <= most + 1  # what is stored in a step does not grow
+
+
+@pytest.mark.costly
+def test_each_goal_of_a_flood_ends_in_its_turn(tmp_path: Path) -> None:
+    system = System(parts("dynamic.incremental.dyn_reset", tmp_path).loop)
+    goals = [system.request(f"visit({1 + n % 2})") for n in range(3 * MOST_QUEUED)]
+    for goal in goals[5::7]:
+        system.cancel(goal)
+    assert system.loop.state.mail.inbox.backlog > MOST_QUEUED
+    assert system.run() is None
+    ends = {"canceled": goals[5::7], "succeeded": [g for g in goals if g not in goals[5::7]]}
+    for end, ended in ends.items():
+        assert {goal.words[-1] for goal in ended} == {end}
+    came = [e.event.goal for e in system.journal if isinstance(e.event, GoalArrived)]
+    assert came == [goal.id for goal in goals]
+
+
+def test_goals_in_the_backlog_are_refused_when_the_loop_ends(tmp_path: Path) -> None:
+    system = Flooded(parts("dynamic.incremental.dyn_reset", tmp_path).loop, nothing)
+    goals = [system.request("visit(3)") for _ in range(3 * MOST_QUEUED)]
+    system.until(lambda: bool(system.acting))
+    system.loop.end("it is over")
+    assert {goal.words[-1] for goal in goals} == {"aborted", "rejected"}
+    assert {goal.reason for goal in goals} == {"it is over"}
+    assert system.backlog == 0

@@ -303,6 +303,22 @@ def test_a_replay_is_the_same(system: Make, single: Make, mode: str, seed: int) 
     assert second.loop.state.externals.true == first.loop.state.externals.true
 
 
+@pytest.mark.costly
+def test_a_replay_of_a_run_with_a_backlog_is_the_same(
+    system: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The journal says when each goal was taken, however many wait in the inbox."""
+
+    def make(inbox: Inbox) -> System:
+        return system("dynamic.incremental.dyn_reset", "-c", "steps=80", inbox=inbox)
+
+    monkeypatch.setattr("rosoclingo.loop.mail.MOST_QUEUED", -1)  # of two slots, one goal
+    recorded = record(slow(make(Inbox()), 9), 9)
+    monkeypatch.undo()
+    second = make(ReplayInbox(input_schedule(Run(recorded))))
+    replay_alike(slow(second, 9), recorded, 9)
+
+
 @pytest.mark.parametrize("seed", range(int(os.environ.get("ENDS", "3"))))
 def test_a_replay_of_a_run_that_has_ended_is_the_same(
     system: Make, single: Make, seed: int

@@ -8,6 +8,7 @@ import importlib
 import shutil
 import sqlite3
 import sys
+import threading
 from collections import deque
 from pathlib import Path
 from random import Random
@@ -550,6 +551,71 @@ def test_a_goal_that_cannot_be_stored(tmp_path: Path) -> None:
     with pytest.raises(Crash):
         life.put(Goal("visit(2)", (), "g"))
     assert not life.take()
+    store.close()
+
+
+@pytest.mark.costly
+def test_goals_that_come_together_are_one_transaction(tmp_path: Path) -> None:
+    runs, points = Runs(tmp_path, DYN_RESET), []
+    store = Store(tmp_path / "a.store", point=points.append)
+    clients = [Client() for _ in range(200)]
+    life = Life(World([]), store, runs.make(store))
+    for client in clients:
+        client.note = life.loop.state.note
+    goals = [Goal("visit(2)", (), f"g{n}", client) for n, client in enumerate(clients)]
+    points.clear()
+    life.put(*goals)
+    assert points == ["before write", "after write"]
+    points.clear()
+    life.cancel(*goals[:150])
+    assert points.count("before write") == 2  # the requests, and that the goals are recalled
+    assert points.index("after write") < points.index("before result")
+    assert [client.end() for client in clients] == [["canceled"]] * 150 + [[]] * 50
+    store.close()
+    store = Store(tmp_path / "a.store")
+    again = Life(World([]), store, runs.make(store))
+    known = again.stored.resume(again.loop.state, lambda _: Client())
+    assert list(known) == [f"g{n}" for n in range(150, 200)]
+    store.close()
+
+
+def test_no_goal_of_several_is_taken_that_cannot_be_stored(tmp_path: Path) -> None:
+    runs = Runs(tmp_path, DYN_RESET)
+    store = Store(tmp_path / "a.store", most_pages=20)
+    life = Life(World([]), store, runs.make(store))
+    with pytest.raises(StoreError, match="no more room"):
+        life.put(*(Goal(f"visit({n})", ("much",) * 20, str(n)) for n in range(1000)))
+    assert not life.take()
+    store.close()
+
+
+def test_who_gathers_lets_out_what_another_thread_has_written(tmp_path: Path) -> None:
+    """The loop's thread may commit it meanwhile, but lacks actionlib's lock."""
+    environment = Listening()
+    store = Store(tmp_path / "run.store")
+    outbox = Outbox(environment, store)
+    outbox.begin()
+    heard: List[str] = []
+
+    def gather() -> None:
+        with outbox.together():
+            outbox.note(Record(LoopWaits()))
+            outbox.add(HeldEffect("result", lambda: heard.append("result")))
+            gathered.set()
+            assert saved.wait(60.0)
+            assert heard == []
+
+    gathered, saved = threading.Event(), threading.Event()
+    thread = threading.Thread(target=gather)
+    thread.start()
+    assert gathered.wait(60.0)
+    outbox.note(Record(LoopWaits()))
+    outbox.save(Changes())
+    assert environment.heard == [1, 2]
+    assert [entry.number for entry in store.records] == [1, 2]
+    saved.set()
+    thread.join()
+    assert heard == ["result"]
     store.close()
 
 

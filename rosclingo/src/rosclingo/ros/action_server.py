@@ -9,6 +9,12 @@ short here, and while it has many goals nevertheless, changes are published toge
 ``initialize`` has ``rospy.Timer`` repeat statuses, which goes by the clock of ROS, so that nothing
 comes while a simulator's stands still.
 
+``internal_goal_callback`` goes through the list of all goals for each one that comes, and has the
+application take one after the other. Here goals are found by their ids. In a server with
+``batches``, goals that come while others are taken are taken together after them: an application
+that writes them to the disk does so once for all of them. Cancel requests overtake goals that wait
+for that.
+
 ``publish_result`` and ``publish_feedback`` send to who is connected. rospy counts a subscription as
 connected before the connection is made, so a client may send a goal, and the server accept or end
 it, before what it says of that has a way to the client.
@@ -19,10 +25,12 @@ goal that is still to come.
 
 from __future__ import annotations
 
+import contextlib
+import io
 import threading
 import time
 from collections import OrderedDict, deque
-from typing import Any, Callable, Deque, Tuple
+from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 import actionlib
 import actionlib.handle_tracker_deleter
@@ -30,6 +38,8 @@ import actionlib.status_tracker
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
+from rosclingo.limits import MOST_ID
+from rosclingo.ros.dropped import DroppedInputs
 from rosclingo.ros.low_latency import publisher, subscriber
 
 _STATUSES = 100  # that wait for a slow client; each one tells of all goals
@@ -39,9 +49,19 @@ _STATUSES = 100  # that wait for a slow client; each one tells of all goals
 _ENDED_GOALS = 25
 _ENDED_SECONDS = 0.2
 
-# With more open goals, statuses that change within so many seconds are coalesced.
+# With more open goals, statuses that change within so many seconds are coalesced. With thousands,
+# a list takes long to publish: that takes a tenth of the time at most.
 _MANY_GOALS = 10
 _PAUSE_SECONDS = 0.05
+_PAUSE_FACTOR = 9.0
+_LONGEST_PAUSE = 1.0  # clients go by the lists whether the server is there
+
+# In a server with batches, so many goals are taken or cancelled together. Then all others have a
+# turn as long as that, and so long at least: neither the lock nor Python itself is fair.
+# More goals than can wait stay in their connections.
+_BATCH = 32
+_TURN_SECONDS = 0.001
+_MOST_WAITING = 20_000
 
 _TERMINAL = {
     GoalStatus.PREEMPTED, GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.REJECTED,
@@ -52,6 +72,8 @@ _NOT_CANCELED = {
     GoalStatus.PREEMPTING: GoalStatus.ACTIVE,
     GoalStatus.RECALLING: GoalStatus.PENDING,
 }
+
+_LONG_ID = f"its id has more than {MOST_ID} characters"
 
 _REMEMBERED_GOALS = 10_000  # ended goals for which a cancel request may still come
 
@@ -67,6 +89,33 @@ def _sender(message: Any) -> str:
 
 _Kept = Deque[Tuple[float, str, Any]]
 """Messages that their client was not connected for: when, for which node, and the message."""
+
+
+class _StatusList(GoalStatusArray):
+    """The statuses of goals, of which only those are encoded that have changed."""
+
+    def __init__(self, trackers: Iterable[Any] = ()) -> None:
+        super().__init__()
+        trackers = list(trackers)
+        self.status_list = [one.status for one in trackers]
+        self._encoded = [_encoded(one) for one in trackers]
+
+    def serialize(self, buff: Any) -> None:
+        """Writes the message."""
+        self.header.serialize(buff)
+        buff.write(len(self._encoded).to_bytes(4, "little"))
+        buff.write(b"".join(self._encoded))
+
+
+def _encoded(tracker: Any) -> bytes:
+    """Returns a goal's status as it is in a message."""
+    status = tracker.status
+    known = getattr(tracker, "encoded", None)
+    if known is None or known[:2] != (status.status, status.text):
+        buffer = io.BytesIO()
+        status.serialize(buffer)
+        known = tracker.encoded = (status.status, status.text, buffer.getvalue())
+    return bytes(known[2])
 
 
 class LowLatencyActionServer(actionlib.ActionServer):
@@ -85,20 +134,32 @@ class LowLatencyActionServer(actionlib.ActionServer):
         recalled: Any,
         *,
         results_kept: int = 0,
+        batches: bool = False,
     ) -> None:
         """Prepares a server that ``start`` makes public.
 
         Args:
             name: Name of the action.
             spec: The action's type, such as ``ROSClingoAction``.
-            goal_cb: Called with the handle of each new goal, under actionlib's lock.
-            cancel_cb: Called with the handle of a goal to cancel, under actionlib's lock.
+            goal_cb: Called with the handle of each new goal, under actionlib's lock. With
+                ``batches``, with a list of handles, by a thread of the server's or by that of a
+                cancel request for one of them.
+            cancel_cb: Called with the handle of a goal to cancel, under actionlib's lock. With
+                ``batches``, with a list of handles.
             recalled: Result of a goal that actionlib recalls by itself, because its cancel request
                 has come first: goal and cancel request take different connections.
             results_kept: A goal that comes again, with the id of one of so many that have ended
                 last, is not done again: its result is published again.
+            batches: Whether goals that have come together are taken together.
         """
         super().__init__(name, spec, goal_cb, cancel_cb, auto_start=False)
+        self.last_cancel = rospy.Time()
+        self._trackers: Dict[str, Any] = {}  # of the goals in the status list, by their ids
+        self._batches = batches
+        self._come = threading.Condition()  # guards the goals that wait; held for moments only
+        self._waiting: OrderedDict[int, Any] = OrderedDict()  # goals that are not taken yet
+        self._number = 0  # of the last one
+        self._dropped = DroppedInputs()
         self._recalled = recalled
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
         self._ended_ids: OrderedDict[str, None] = OrderedDict()  # likewise
@@ -106,8 +167,10 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._kept_feedback: _Kept = deque(maxlen=_KEPT_MESSAGES)
         self._results: OrderedDict[str, Any] = OrderedDict()  # by the goals' ids, likewise
         self._results_kept = results_kept
-        self._is_canceling = False
         self.canceled_by = ""
+        self._is_batch = False  # statuses are published after it, if
+        self._changes_in_batch = False  # one of them has changed
+        self._pause = _PAUSE_SECONDS
         self._repeats = False  # whether statuses are repeated
         self._has_changed = threading.Event()  # a status, and it has not been published
         self._published_at = 0.0
@@ -129,6 +192,10 @@ class LowLatencyActionServer(actionlib.ActionServer):
                 self._kept_feedback, self.feedback_pub, send
             ),
         )
+        if self._batches:
+            thread = threading.Thread(target=self._take_waiting, name=f"goals of {name}")
+            thread.daemon = True
+            thread.start()
         self.goal_sub = subscriber(f"{name}/goal", self.ActionGoal, self.internal_goal_callback)
         self.cancel_sub = subscriber(f"{name}/cancel", GoalID, self.internal_cancel_callback)
 
@@ -157,9 +224,9 @@ class LowLatencyActionServer(actionlib.ActionServer):
                 self._ended_ids.popitem(last=False)
             while len(self._ended) > _ENDED_GOALS and now - self._ended[0][0] > _ENDED_SECONDS:
                 _, oldest = self._ended.popleft()
-                self.status_list[:] = [
-                    goal for goal in self.status_list if goal.status is not oldest
-                ]
+                tracker = self._trackers.get(oldest.goal_id.id)
+                if tracker is not None and tracker.status is oldest:
+                    del self._trackers[oldest.goal_id.id]
             message = self.remember_result(status, result)
             self._keep(self._kept_results, self.result_pub, message)
             super().publish_result(status, result)
@@ -191,11 +258,11 @@ class LowLatencyActionServer(actionlib.ActionServer):
     def _keep(self, kept: _Kept, topic: rospy.Publisher, message: Any) -> None:
         """Keeps messages about a goal until the node that sent it is connected."""
         message.header.stamp = rospy.Time.now()
-        for each in self.status_list:
-            if each.status is message.status and each.goal:
-                client = (each.goal._connection_header or {}).get("callerid")
-                if client and not topic.impl.has_connection(client):
-                    kept.append((time.monotonic(), client, message))
+        tracker = self._trackers.get(message.status.goal_id.id)
+        if tracker is not None and tracker.goal:
+            client = (tracker.goal._connection_header or {}).get("callerid")
+            if client and not topic.impl.has_connection(client):
+                kept.append((time.monotonic(), client, message))
 
     def _send_kept(self, kept: _Kept, topic: rospy.Publisher, send: Callable[[Any], None]) -> None:
         """Sends kept messages to a new subscriber, for which they were.
@@ -213,18 +280,94 @@ class LowLatencyActionServer(actionlib.ActionServer):
                     kept.append((when, client, message))
 
     def internal_goal_callback(self, goal: Any) -> None:
-        """Takes a goal; one that is known, by an earlier message of this id, is not done again."""
-        with self.lock:
-            identifier = goal.goal_id.id
-            for known in self.status_list:
-                if known.status.goal_id.id == identifier:
-                    known.goal = goal  # whose result is its sender's, who may be another process
-            if identifier in self._results:
-                message = self._results[identifier]
-                self._keep(self._kept_results, self.result_pub, message)
-                self.result_pub.publish(message)
-            else:
-                super().internal_goal_callback(goal)
+        """Takes a goal, with ``batches`` after those that have come before it.
+
+        One that is known, by an earlier message of this id, is not done again.
+        """
+        if len(goal.goal_id.id) > MOST_ID:
+            self._dropped.add("a goal", _LONG_ID)
+            return
+        if not self._batches:
+            with self.lock:
+                self._take([goal])
+            return
+        with self._come:
+            self._come.wait_for(lambda: len(self._waiting) < _MOST_WAITING)
+            self._number += 1
+            self._waiting[self._number] = goal
+            self._come.notify_all()
+
+    def _take_waiting(self) -> None:
+        """Takes the goals that wait, in order, again and again."""
+        while True:
+            with self._come:
+                self._come.wait_for(lambda: self._waiting)
+            begin = time.monotonic()
+            try:
+                with self.lock, self._batch():
+                    self._take(self._remove_waiting(lambda _: True, _BATCH))
+            except Exception:  # a bug must not end the thread
+                rospy.logerr("internal error", exc_info=True)
+            if self._waiting:
+                _give_way(begin)
+
+    def _remove_waiting(self, matches: Callable[[GoalID], bool], most: int) -> List[Any]:
+        """Returns the first goals that wait and match, and removes them."""
+        with self._come:
+            found: Dict[int, Any] = {}
+            for number, goal in self._waiting.items():
+                if len(found) == most:
+                    break
+                if matches(goal.goal_id):
+                    found[number] = goal
+            for number in found:
+                del self._waiting[number]
+            self._come.notify_all()
+        return list(found.values())
+
+    def _take(self, goals: Sequence[Any]) -> None:
+        """Has the application take goals; called under the lock, when the server has started."""
+        entered = (self._enter(goal) for goal in goals)
+        self._call(self.goal_callback, [handle for handle in entered if handle is not None])
+
+    def _call(self, callback: Callable[..., object], handles: List[Any]) -> None:
+        if self._batches and handles:
+            callback(handles)
+        elif handles:
+            for handle in handles:
+                callback(handle)
+
+    def _enter(self, goal: Any) -> Optional[actionlib.ServerGoalHandle]:
+        """Adds a goal to the status list; returns its handle if the application has to take it."""
+        identifier = goal.goal_id.id
+        known = self._trackers.get(identifier)
+        if known is not None:
+            known.goal = goal  # whose result is its sender's, who may be another process
+        if identifier in self._results:
+            message = self._results[identifier]
+            self._keep(self._kept_results, self.result_pub, message)
+            self.result_pub.publish(message)
+            return None
+        if known is not None:
+            if known.status.status == GoalStatus.RECALLING and known.handle_tracker is None:
+                known.status.status = GoalStatus.RECALLED  # its cancel request has come first
+                self.publish_result(known.status, self.ActionResultType())
+            if known.handle_tracker is None:
+                known.handle_destruction_time = rospy.Time.now()
+            return None
+        handle = self._add(actionlib.status_tracker.StatusTracker(None, None, goal))
+        if goal.goal_id.stamp != rospy.Time() and goal.goal_id.stamp <= self.last_cancel:
+            handle.set_canceled(None, "a cancel request was for all goals up to a later time")
+            return None
+        return handle
+
+    def _add(self, tracker: Any) -> actionlib.ServerGoalHandle:
+        """Adds a goal to the status list."""
+        if tracker.handle_tracker is None:
+            deleter = actionlib.handle_tracker_deleter.HandleTrackerDeleter(self, tracker)
+            tracker.handle_tracker = deleter
+        self._trackers[tracker.status.goal_id.id] = tracker
+        return actionlib.ServerGoalHandle(tracker, self, tracker.handle_tracker)
 
     def restore(self, goal: Any, status: int, text: str = "") -> actionlib.ServerGoalHandle:
         """Takes over a goal of a server of this name that is no more; before ``start``.
@@ -237,12 +380,9 @@ class LowLatencyActionServer(actionlib.ActionServer):
         with self.lock:
             tracker = actionlib.status_tracker.StatusTracker(None, None, goal)
             tracker.status.status, tracker.status.text = status, text
-            deleter = actionlib.handle_tracker_deleter.HandleTrackerDeleter(self, tracker)
-            tracker.handle_tracker = deleter
             if status in _TERMINAL:
                 tracker.handle_destruction_time = rospy.Time.now()
-            self.status_list.append(tracker)
-            return actionlib.ServerGoalHandle(tracker, self, deleter)
+            return self._add(tracker)
 
     def drop(self, handle: actionlib.ServerGoalHandle) -> None:
         """Forgets a goal in the callback, before it is acknowledged: as if it had never come.
@@ -251,7 +391,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
             handle: The goal's, with which the callback was called.
         """
         with self.lock:
-            self.status_list.remove(handle.status_tracker)
+            del self._trackers[handle.status_tracker.status.goal_id.id]
 
     def publish_result_again(self, handle: actionlib.ServerGoalHandle, result: Any) -> None:
         """Publishes the result of a goal that has ended, of which its client may not know."""
@@ -261,26 +401,68 @@ class LowLatencyActionServer(actionlib.ActionServer):
     def internal_cancel_callback(self, goal_id: GoalID) -> None:
         """Takes a cancel request; one for a goal that has ended and left the list does nothing.
 
-        The statuses are published when the callback has returned.
+        Goals that it is for, and that wait, are taken first. The statuses are published when the
+        callbacks have returned.
         """
-        with self.lock:
-            self._is_canceling = True
-            self.canceled_by = _sender(goal_id)
-            try:
-                self._cancel(goal_id)
-            finally:
-                self._is_canceling = False
-            if self.started:
-                self.publish_status()
+        if len(goal_id.id) > MOST_ID:
+            self._dropped.add("a cancel request", _LONG_ID)
+            return
+        identifier, stamp = goal_id.id, goal_id.stamp
+        has_stamp = stamp != rospy.Time()
+        is_for_all = not identifier and not has_stamp
 
-    def _cancel(self, goal_id: GoalID) -> None:
-        with self.lock:
-            listed = any(goal.status.goal_id.id == goal_id.id for goal in self.status_list)
-            if goal_id.id in self._ended_ids and not listed:
-                if goal_id.stamp == rospy.Time():
-                    return
-                goal_id = GoalID(stamp=goal_id.stamp)  # for all up to then
-            super().internal_cancel_callback(goal_id)
+        def is_meant(other: GoalID) -> bool:
+            return bool(
+                is_for_all or other.id == identifier or (has_stamp and other.stamp <= stamp)
+            )
+
+        while True:
+            begin = time.monotonic()
+            with self.lock, self._batch():
+                goals = self._remove_waiting(is_meant, _BATCH)
+                self._take(goals)
+            if len(goals) < _BATCH:
+                break
+            _give_way(begin)
+        with self.lock, self._batch():
+            if is_for_all or has_stamp:
+                meant = [one for one in self._trackers.values() if is_meant(one.status.goal_id)]
+            else:
+                meant = [self._trackers[identifier]] if identifier in self._trackers else []
+            if identifier and not (identifier in self._trackers or identifier in self._ended_ids):
+                tracker = actionlib.status_tracker.StatusTracker(goal_id, GoalStatus.RECALLING)
+                tracker.handle_destruction_time = rospy.Time.now()
+                self._trackers[identifier] = tracker  # for the goal, which is to come
+            self.last_cancel = max(self.last_cancel, stamp)
+            self._changes_in_batch = True
+            self._cancel(meant[:_BATCH], _sender(goal_id))
+        for first in range(_BATCH, len(meant), _BATCH):
+            _give_way(begin)
+            begin = time.monotonic()
+            with self.lock, self._batch():
+                self._cancel(meant[first : first + _BATCH], _sender(goal_id))
+
+    def _cancel(self, trackers: Sequence[Any], sender: str) -> None:
+        """Has the application cancel goals, as a node has asked for; called under the lock."""
+        self.canceled_by = sender
+        handles = [
+            actionlib.ServerGoalHandle(one, self, one.handle_tracker)
+            for one in trackers
+            if one.goal is not None
+        ]
+        self._call(self.cancel_callback, [one for one in handles if one.set_cancel_requested()])
+
+    @contextlib.contextmanager
+    def _batch(self) -> Iterator[None]:
+        """A context, under the lock, after which the statuses are published once."""
+        outer, self._is_batch = self._is_batch, True
+        try:
+            yield
+        finally:
+            self._is_batch = outer
+            if self._changes_in_batch and not outer:
+                self._changes_in_batch = False
+                self.publish_status()
 
     def take_back_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
         """Withdraws a cancel request; to be called in the callback, before anybody knows of it.
@@ -299,22 +481,38 @@ class LowLatencyActionServer(actionlib.ActionServer):
         wait for that.
         """
         with self.lock:
-            now = time.monotonic()
-            if self._is_canceling:
+            if self._is_batch:
+                self._changes_in_batch = True
                 return
             may_wait = self._repeats and not rospy.core.is_shutdown_requested()
-            if may_wait and now - self._published_at < _PAUSE_SECONDS and self._has_many:
+            is_soon = time.monotonic() - self._published_at < self._pause
+            if may_wait and is_soon and self._has_many:
                 self._has_changed.set()
                 return
-            self._has_changed.clear()
-            self._published_at = now
-            message = GoalStatusArray(status_list=[goal.status for goal in self.status_list])
-            message.header.stamp = rospy.Time.now()
+            self._publish_list()
+
+    def _publish_list(self) -> None:
+        self._has_changed.clear()
+        begin = time.monotonic()
+        message = _StatusList(self._trackers.values())
+        message.header.stamp = rospy.Time.now()
+        if not rospy.is_shutdown():
             self.status_pub.publish(message)
+        self._published_at = time.monotonic()
+        pause = _PAUSE_FACTOR * (self._published_at - begin)
+        self._pause = max(_PAUSE_SECONDS, min(pause, _LONGEST_PAUSE))
+
+    def _forget_old(self) -> None:
+        """Removes goals from the list whose handles were given up some time ago."""
+        now = rospy.Time.now()
+        for identifier, tracker in list(self._trackers.items()):
+            since = tracker.handle_destruction_time
+            if (since.secs or since.nsecs) and since + self.status_list_timeout < now:
+                del self._trackers[identifier]
 
     @property
     def _has_many(self) -> bool:
-        is_open = (goal.status.status not in _TERMINAL for goal in self.status_list)
+        is_open = (one.status.status not in _TERMINAL for one in self._trackers.values())
         return sum(is_open) > _MANY_GOALS
 
     def _repeat_statuses(self, seconds: float) -> None:
@@ -331,15 +529,19 @@ class LowLatencyActionServer(actionlib.ActionServer):
 
         rospy.on_shutdown(finish)
         while True:
-            if self._has_changed.wait(seconds):
-                end.wait(self._published_at + _PAUSE_SECONDS - time.monotonic())
+            if self._has_changed.wait(max(seconds, self._pause)):
+                end.wait(self._published_at + self._pause - time.monotonic())
             if end.is_set():
                 return
             try:
                 with self.lock:
-                    self._has_changed.clear()
                     if self.started:
-                        self._published_at = time.monotonic()
-                        super().publish_status()  # forgets what is old, which takes longer
+                        self._forget_old()  # which takes longer than a change may
+                        self._publish_list()
             except Exception:  # a bug must not end the thread
                 rospy.logerr("internal error", exc_info=True)
+
+
+def _give_way(begin: float) -> None:
+    """Sleeps as long as a batch took that began then."""
+    time.sleep(max(_TURN_SECONDS, time.monotonic() - begin))

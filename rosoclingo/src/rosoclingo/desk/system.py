@@ -180,7 +180,7 @@ class System(Inbox, Environment):
 
     def wait(self, timeout: float) -> bool:
         """Gives the world its turn, unless there is an item; ends if it does nothing."""
-        if not (self._items or self.closed or self.turn()):
+        if not (self._has_something() or self.turn()):
             self.close()
         return True
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import sys
 import time
 from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
@@ -15,7 +16,15 @@ from rosoclingo.loop.backoff import Backoff, Pace
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.execution.progress import Progress
 from rosoclingo.loop.execution.tokens import is_known, resolve, why_late
-from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, Taken, arrival_of, item_of
+from rosoclingo.loop.inputs.inbox import (
+    MOST_QUEUED,
+    Cancel,
+    Inbox,
+    Item,
+    Taken,
+    arrival_of,
+    item_of,
+)
 from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.planner.externals import PlannerExternals
@@ -330,7 +339,16 @@ class Mail(MailState):
         if self._holds and not (controls and self.inbox.has_controls):
             self.inbox.run_callbacks()
             return []
+        self.inbox.make_room(self._room)
         return self.inbox.take(controls=controls)
+
+    @property
+    def _room(self) -> int:
+        """How many goals are taken: not all of a flood, which stays in the inbox."""
+        if self.rejection:
+            return sys.maxsize
+        held = sum(isinstance(item, Goal) for item in self._held)
+        return MOST_QUEUED + len(self._goals.slots) - self._goals.unplaced - held
 
     def _take_all(self, new: List[Taken], dropped: List[str], may_ask: bool) -> None:
         held, self._held = self._held, []

@@ -276,7 +276,7 @@ class State(Progress):
             horizon=self.horizon,
             is_through=self.ended,
             goals_open=len(self.goals.open),
-            goals_waiting=len(self.goals.queued),
+            goals_waiting=len(self.goals.queued) + mail.inbox.backlog,
             goals_unserved=self._count_unserved(),
             untold=len(mail.messages) + len(mail.cancels),
             is_paused=is_paused,

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import sys
 import threading
 import time
 from dataclasses import replace
 from functools import partial
-from typing import Any, Callable, Dict, Optional, TypeVar
+from typing import Any, Callable, Dict, List, Optional, TypeVar
 
 import actionlib
 import rospy
 
-from rosclingo.errors import RosclingoError, TermError
+from rosclingo.errors import RosclingoError, TermError, shorten
+from rosclingo.limits import too_long
 from rosclingo.ros import parameters
 from rosclingo.ros.action_server import LowLatencyActionServer
+from rosclingo.ros.dropped import DroppedInputs
 from rosclingo.ros.init import on_shutdown
 from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.about import about
@@ -37,6 +40,7 @@ from rosoclingo.loop.values.solver import Solver
 from rosoclingo.msg import (
     ROSoClingoAction,
     ROSoClingoAnswer,
+    ROSoClingoGoal,
     ROSoClingoHeartbeat,
     ROSoClingoIn,
     ROSoClingoResult,
@@ -52,6 +56,10 @@ from rosoclingo.ros.storing import restore_goal
 from rosoclingo.seed.downward import NONE, find_seed_planner
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.why.serving import LOWEST
+
+# How long a thread of Python's that is busy, such as one that takes a flood of goals, holds up one
+# that has something to do. An answer passes several threads.
+_SWITCH_SECONDS = 0.001
 
 _RESULTS_KEPT = 1_000  # of goals, which may come again
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
@@ -101,6 +109,7 @@ class LoopNode:
         Raises:
             ParameterError: A parameter is wrong.
         """
+        sys.setswitchinterval(_SWITCH_SECONDS)
         timeout = parameters.number("action_timeout", 0.0, what="seconds")
         # Bags that do not say it were made when it was 0.
         default_patience = 0.0 if isinstance(inbox, ReplayInbox) else DEFAULT_PATIENCE
@@ -152,13 +161,15 @@ class LoopNode:
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
         self._goals: Dict[str, Goal] = {}
         self._copies = AnswerCopies()
+        self._dropped = DroppedInputs()
         self._server = LowLatencyActionServer(
             rospy.get_name(),
             ROSoClingoAction,
-            self._on_goal,
-            self._on_cancel,
+            self._on_goals,
+            self._on_cancels,
             ROSoClingoResult("canceled"),
             results_kept=_RESULTS_KEPT,
+            batches=True,
         )
         self._resume()
         self._in = subscriber("~in", ROSoClingoIn, self._on_message)
@@ -247,12 +258,22 @@ class LoopNode:
         told = self._environment.told
         if TOKENS_HEADER in message._connection_header and message.id in told:
             return  # for those who listen; it comes with its token, too
-        arrived = MessageArrived(message.id, message.value, sender=_sender(message))
+        sender = _sender(message)
+        reason = too_long(id=message.id, value=message.value, sender=sender)
+        if reason is not None:
+            self._dropped.add(f"a message of {shorten(sender)} on ~in", reason)
+            return
+        arrived = MessageArrived(message.id, message.value, sender=sender)
         if not self._copies.repeats_token(arrived, told):
             self._put(replace(arrived, sender=""))
 
     def _on_answer(self, message: ROSoClingoAnswer) -> None:
-        answer = AnswerArrived(message.run, message.number, message.value, _sender(message))
+        sender = _sender(message)
+        reason = too_long(run=message.run, value=message.value, sender=sender)
+        if reason is not None:
+            self._dropped.add(f"an answer of {shorten(sender)}", reason)
+            return
+        answer = AnswerArrived(message.run, message.number, message.value, sender)
         if not self._copies.is_copy(answer, self._loop.state.executions):
             self._put(answer)
 
@@ -266,9 +287,33 @@ class LoopNode:
         with contextlib.suppress(StoreError):  # the loop ends with that
             self._inbox.put(item)
 
-    def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
-        # Runs under actionlib's lock: nothing here may wait.
+    def _on_goals(self, handles: List[actionlib.ServerGoalHandle]) -> None:
+        # Runs under actionlib's lock: nothing here may wait, but for one write to the disk.
+        self._goals = {key: other for key, other in self._goals.items() if not other.ended}
+        goals: Dict[str, Goal] = {}
+        with self._durability.together():
+            for handle in handles:
+                goal = self._read_goal(handle)
+                if goal is not None:
+                    goals[goal.id] = goal
+        self._goals.update(goals)
+        try:
+            self._inbox.put(*goals.values())
+        except StoreError:  # the loop ends with that, or has ended; another one goes on
+            for handle in handles:
+                if self._goals.pop(handle.get_goal_id().id, None) is not None:
+                    self._server.drop(handle)
+
+    def _read_goal(self, handle: actionlib.ServerGoalHandle) -> Optional[Goal]:
+        """Returns a goal that has come, or rejects it."""
         identifier, sent, note = handle.get_goal_id().id, handle.get_goal(), self._loop.state.note
+        sender = (handle.goal._connection_header or {}).get("callerid", "")
+        reason = too_long(request=sent.request, information=sent.information, sender=sender)
+        if reason is not None:
+            self._dropped.add(f"a goal of {shorten(sender)}", reason)
+            handle.status_tracker.goal.goal = ROSoClingoGoal()  # which the status list keeps
+            handle.set_rejected(ROSoClingoResult("rejected"), reason)
+            return None
         goal = Goal(sent.request, sent.information, identifier, ActionClient(handle, note))
         try:
             goal.request = canonical(sent.request)
@@ -276,25 +321,22 @@ class LoopNode:
             rospy.logwarn("goal rejected: %s", err)
             note(arrival_of(goal))
             goal.set_status(journal.Status.REJECTED, str(err))
-            return
-        self._goals = {key: other for key, other in self._goals.items() if not other.ended}
-        self._goals[identifier] = goal
-        try:
-            self._inbox.put(goal)
-        except StoreError:  # the loop ends with that, or has ended; another one goes on
-            del self._goals[identifier]
-            self._server.drop(handle)
+            return None
+        return goal
 
-    def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
-        # Runs under actionlib's lock: nothing here may wait.
-        goal = self._goals.get(handle.get_goal_id().id)
-        if goal is not None:
-            try:
-                self._inbox.cancel(goal)
-            except StoreError:  # the loop ends with that, or has ended
+    def _on_cancels(self, handles: List[actionlib.ServerGoalHandle]) -> None:
+        # Runs under actionlib's lock: nothing here may wait, but for two writes to the disk.
+        known = [one for one in handles if one.get_goal_id().id in self._goals]
+        try:
+            self._inbox.cancel(*(self._goals[one.get_goal_id().id] for one in known))
+        except StoreError:  # the loop ends with that, or has ended
+            for handle in known:
                 self._server.take_back_cancel(handle)  # what is acknowledged is not lost
 
     def _on_get_information(self, request: GetGoalInformationRequest) -> Any:
+        reason = too_long(key=request.key)
+        if reason is not None:
+            raise rospy.ServiceException(reason)
         try:
             goal = self._loop.state.goals.occupant(canonical(request.key))
         except TermError as err:

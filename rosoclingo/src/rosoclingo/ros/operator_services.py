@@ -9,6 +9,7 @@ import rospy
 from std_srvs.srv import Trigger
 
 from rosclingo.errors import TermError
+from rosclingo.limits import too_long
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.inputs.inbox import Inbox
@@ -69,6 +70,9 @@ class OperatorServices:
         return self._ask([ControlArrived(word)])
 
     def _of_actuator(self, word: Control, asked: ControlActuatorRequest) -> Tuple[bool, str]:
+        reason = too_long(actuator=asked.actuator, action=asked.action)
+        if reason is not None:
+            return False, reason
         try:
             actuator, action = (canonical(t) if t else "" for t in (asked.actuator, asked.action))
         except TermError as err:

@@ -17,6 +17,7 @@ from typing import Dict, List, Optional, Sequence, Set, Tuple
 import rospy
 
 from rosclingo.errors import RosclingoError
+from rosclingo.limits import too_long
 from rosclingo.ros.init import on_shutdown
 from rosoclingo.errors import QuestionError
 from rosoclingo.loop.journal import Event, Explained, Record
@@ -128,6 +129,9 @@ class Questions:
     # Called by rospy's threads.
 
     def _on_request(self, request: WhyRequest) -> WhyResponse:
+        reason = too_long(question=request.question, arguments=request.arguments)
+        if reason is not None:
+            return WhyResponse(ReplyStatus.WRONG.value, reason, "")
         try:
             question = read(request.question or QuestionKind.PLAN.value, request.arguments)
             if question.kind is QuestionKind.HAPPENED:

@@ -8,7 +8,18 @@ import time
 from collections import deque
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Callable, Deque, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import (
+    Callable,
+    Deque,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.journal import (
@@ -79,6 +90,11 @@ class Outbox(Environment):
         self._lock = threading.Lock()
         self._number = max((record.number for record in store.records), default=0)
         self._written: Deque[Entry] = deque()  # and have not left yet
+        # Of other threads, to be written with the next transaction of any thread; these records are
+        # before those above. Who has added an effect lets it out: another may lack a lock for that.
+        self._joint_effects: List[HeldEffect] = []
+        self._joint_records: List[Entry] = []
+        self._gathered = threading.local()  # the effects of a thread that is in :meth:`together`
 
     def begin(self) -> None:
         """Confirms that the run is resumed, in this thread, which is the loop's."""
@@ -176,9 +192,44 @@ class Outbox(Environment):
                     self._effects += effects
                     self._records += records
                     return
+                self._joint_effects += effects
+                self._joint_records += records
+            gathered = getattr(self._gathered, "effects", None)
+            if gathered is None:
+                self._write_joint(effects)
+            else:
+                gathered += effects
+
+    @contextlib.contextmanager
+    def together(self) -> Iterator[None]:
+        """A context in which the effects of this thread are gathered for one transaction.
+
+        Their records are before all that the loop's thread notes meanwhile.
+        """
+        effects: List[HeldEffect] = []
+        self._gathered.effects = effects
+        try:
+            yield
+        finally:
+            self._gathered.effects = None
+            with contextlib.suppress(StoreError):  # the loop's thread ends because of it
+                self._write_joint(effects)
+
+    def _write_joint(self, own: Sequence[HeldEffect]) -> None:
+        """Commits what other threads than the loop's have added, and lets this thread's out."""
+        with self._lock:
+            effects, records = self._take_joint()
+            if effects or records:
                 self._write(effects, records, Changes())
                 self._tell()
-            self._let_out(effects)
+            elif self._store.failure is not None:  # another thread could not write them
+                raise self._store.failure
+        self._let_out(own)
+
+    def _take_joint(self) -> Tuple[List[HeldEffect], List[Entry]]:
+        joint = self._joint_effects, self._joint_records
+        self._joint_effects, self._joint_records = [], []
+        return joint
 
     @property
     def is_urgent(self) -> bool:
@@ -232,9 +283,11 @@ class Outbox(Environment):
             StoreError: It cannot be written; nothing leaves.
         """
         with self._lock:
+            joint, records = self._take_joint()
             effects, self._effects = self._effects, []
-            records, self._records = self._records, []
-            keys = self._write(effects, records, changes, ended)
+            records += self._records
+            self._records = []
+            keys = self._write([*joint, *effects], records, changes, ended)
             self._let_out([one for one in effects if one.kind in _URGENT])
             if keys:
                 self._store.note_sent(keys)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import (
     Any,
     Callable,
+    ContextManager,
     Dict,
     Iterator,
     List,
@@ -138,23 +139,31 @@ class SqliteStore(Durability):
     # Inputs, in any thread.
 
     @contextlib.contextmanager
-    def receiving(self, item: Item, end: Optional[str]) -> Iterator[None]:
-        """Stores an input, which is added to the inbox in the context that is returned.
+    def receiving(self, items: Sequence[Item], end: Optional[str]) -> Iterator[None]:
+        """Stores inputs, which are added to the inbox in the context that is returned.
+
+        That is one transaction, and what their goals are told at once is another one.
 
         After the end of the run, a goal is rejected, which is written, too: whoever sends it again,
         to the next run, hears the same. A shutdown does not end the run: what comes meanwhile is
         for the process that goes on.
         """
         with self._order:
-            if isinstance(item, Cancel) and end is not None:
+            if end is not None and any(isinstance(item, Cancel) for item in items):
                 raise StoreError(end)
             if self._stopped is not None:
                 raise StoreError(self._stopped)
-            if isinstance(item, Goal):
-                item.client = StoredClient(item.client, self._outbox)
-            if end is None or isinstance(item, Goal):
-                self._numbers[id(item)] = self.store.add(item)
-            yield
+            for item in items:
+                if isinstance(item, Goal):
+                    item.client = StoredClient(item.client, self._outbox)
+            kept = [item for item in items if end is None or isinstance(item, Goal)]
+            self._numbers.update(zip(map(id, kept), self.store.add(*kept)))
+            with self.together():
+                yield
+
+    def together(self) -> ContextManager[None]:
+        """A context in which all that this thread tells goals is one transaction."""
+        return self._outbox.together()
 
     def took(self, items: Sequence[Item]) -> None:
         """Has the next commit remove inputs."""

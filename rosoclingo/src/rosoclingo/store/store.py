@@ -279,19 +279,24 @@ class Store:
                 "start with that, or start with resume:=fresh, which keeps the file aside"
             )
 
-    def add(self, item: Item) -> int:
-        """Stores an input, a goal or a cancel request durably, and returns its number."""
-        durable = isinstance(item, (Goal, Cancel))
+    def add(self, *items: Item) -> List[int]:
+        """Stores inputs in one transaction, and returns their numbers.
+
+        It is durable if a goal or a cancel request is among them.
+        """
+        durable = any(isinstance(item, (Goal, Cancel)) for item in items)
+        numbers = []
         with self._database.transaction(durable=durable) as rows:
-            number = rows.next_number
-            rows.put(_INPUT, str(number), journal.to_text(arrival_of(item)))
-            if isinstance(item, Goal):
-                new = KnownGoal(item.id, item.request, item.information, item.client.address)
-                self._put(rows, new)
-            elif isinstance(item, Cancel) and item.goal.id in self._goals:
-                goal = self._goals[item.goal.id]
-                self._put(rows, dataclasses.replace(goal, canceling=True))
-        return number
+            for item in items:
+                numbers.append(rows.next_number)
+                rows.put(_INPUT, str(numbers[-1]), journal.to_text(arrival_of(item)))
+                if isinstance(item, Goal):
+                    new = KnownGoal(item.id, item.request, item.information, item.client.address)
+                    self._put(rows, new)
+                elif isinstance(item, Cancel) and item.goal.id in self._goals:
+                    goal = self._goals[item.goal.id]
+                    self._put(rows, dataclasses.replace(goal, canceling=True))
+        return numbers
 
     def write(self, changes: Changes, *, ended: Optional[str] = None) -> List[str]:
         """Commits a transaction, durably if an effect leaves the node because of it.

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import Callable, ContextManager, List, Optional, Sequence, Union
+from typing import Callable, ContextManager, Deque, List, Optional, Sequence, Set, Union
 
 from rosoclingo.loop.journal import (
     AnswerArrived,
@@ -66,16 +67,20 @@ _LONGEST_REACTION = 0.2  # seconds
 class DurableInputs:
     """Port for inputs that outlast the process; this class stores none. Thread-safe."""
 
-    def receiving(self, item: Item, end: Optional[str]) -> ContextManager[object]:
-        """Stores an input, which is added to the inbox in the context that is returned.
+    def receiving(self, items: Sequence[Item], end: Optional[str]) -> ContextManager[object]:
+        """Stores inputs together, which are added to the inbox in the context that is returned.
 
         Args:
-            item: The input.
+            items: The inputs, in order.
             end: Why the loop has ended, if it has.
 
         Raises:
-            StoreError: It cannot be stored, and is not to be added.
+            StoreError: They cannot be stored, and none is to be added.
         """
+        return nullcontext()
+
+    def together(self) -> ContextManager[object]:
+        """A context in which all that this thread tells goals leaves together, at its end."""
         return nullcontext()
 
     def took(self, items: Sequence[Item]) -> None:
@@ -88,8 +93,18 @@ class DurableInputs:
         """Called by it before it waits, or does something that may last."""
 
 
+MOST_QUEUED = 100
+"""So many goals without a slot the loop takes; the others stay in the inbox."""
+
+_MOST_ENDED = 256  # goals that have ended in the inbox, and are taken at once
+
+
 class Inbox:
     """A queue that any thread fills and the loop's thread empties. Thread-safe.
+
+    Goals beyond :data:`MOST_QUEUED` are in a backlog, in order, until the loop makes room for them:
+    what the loop does in a step must not grow with their number. All other inputs pass them, but
+    for cancel requests of these goals, which have recalled them already.
 
     Attributes:
         durability: What stores inputs before anybody sees them.
@@ -108,40 +123,90 @@ class Inbox:
         self._reacting_since: Optional[float] = None
         self._changed = threading.Condition()  # guards the other fields; held for moments only
         self._items: List[Item] = []
+        self._room = MOST_QUEUED  # for goals in the items
+        self._backlog: Deque[Item] = deque()
+        self._in_backlog: Set[Goal] = set()
         self._callbacks: List[Callable[[], None]] = []
         self._closed = False
         self._end: Optional[str] = None
 
-    def put(self, item: Item) -> None:
-        """Adds an item; after the end of the loop, a goal is rejected instead.
+    def put(self, *items: Item) -> None:
+        """Adds items, all or none; after the end of the loop, a goal is rejected instead.
 
         Raises:
-            StoreError: It cannot be stored, and is not added.
+            StoreError: They cannot be stored, and are not added.
         """
-        with self.durability.receiving(item, self._end):
-            self.add(item)
+        with self.durability.receiving(items, self._end):
+            for item in items:
+                self.add(item)
 
     def add(self, item: Item) -> None:
         """Does the same with an item that is stored already; returns at once."""
         with self._changed:
             if self._end is None:
-                self._items.append(item)
+                if self._belongs_to_backlog(item):
+                    self._backlog.append(item)
+                else:
+                    self._items.append(item)
                 self._changed.notify_all()
                 return
         if isinstance(item, Goal):
             item.set_status(Status.REJECTED, self._end)
 
-    def cancel(self, goal: Goal) -> None:
-        """Adds a cancel request; the goal is recalled at once if it has no slot.
+    def _belongs_to_backlog(self, item: Item) -> bool:
+        if isinstance(item, Cancel):
+            return item.goal in self._in_backlog
+        if isinstance(item, Goal):
+            if self._backlog or self._room <= 0:
+                self._in_backlog.add(item)
+                return True
+            self._room -= 1
+        return False
+
+    def make_room(self, goals: int) -> None:
+        """Says how many goals the loop takes; called by its thread, before it takes them.
+
+        Args:
+            goals: So many that are open, those that have come included.
+        """
+        if not (self._backlog or self._items):  # what comes now is not missed: it has room
+            self._room = goals
+            return
+        with self._changed:
+            self._room = goals - sum(isinstance(item, Goal) for item in self._items)
+            ended = 0
+            while self._backlog_has_room and ended < _MOST_ENDED:
+                item = self._backlog.popleft()
+                if isinstance(item, Goal):
+                    self._in_backlog.discard(item)
+                    ended += item.ended
+                    self._room -= not item.ended
+                self._items.append(item)
+
+    @property
+    def _backlog_has_room(self) -> bool:
+        if not self._backlog:
+            return False
+        first = self._backlog[0]
+        return self._room > 0 or not isinstance(first, Goal) or first.ended
+
+    @property
+    def backlog(self) -> int:
+        """How many goals are in the backlog."""
+        return len(self._in_backlog)
+
+    def cancel(self, *goals: Goal) -> None:
+        """Adds cancel requests; goals without a slot are recalled at once.
 
         Raises:
-            StoreError: It cannot be stored, and is not added.
+            StoreError: They cannot be stored, and are not added.
         """
-        item = Cancel(goal)
-        with self.durability.receiving(item, self._end):
-            if self.recalls_at_once(item):
-                goal.recall()  # now: the loop may be busy for long
-            self.add(item)
+        items = [Cancel(goal) for goal in goals]
+        with self.durability.receiving(items, self._end):
+            for item in items:
+                if self.recalls_at_once(item):
+                    item.goal.recall()  # now: the loop may be busy for long
+                self.add(item)
 
     def recalls_at_once(self, item: Cancel) -> bool:
         """Whether a cancel request recalls its goal when it comes."""
@@ -261,6 +326,9 @@ class Inbox:
         self._end_reaction()
         with self._changed:
             self._end = reason
+            self._items += self._backlog
+            self._backlog.clear()
+            self._in_backlog.clear()
 
     def wait(self, timeout: float) -> bool:
         """Waits until there is an item or a callback, or the inbox is closed.
@@ -286,4 +354,4 @@ class Inbox:
             self.pause_background_work(False)
 
     def _has_something(self) -> bool:
-        return bool(self._items or self._callbacks or self._closed)
+        return bool(self._items or self._callbacks or self._closed or self._backlog_has_room)

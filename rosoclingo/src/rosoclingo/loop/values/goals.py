@@ -270,6 +270,11 @@ class Goals:
         """The goals without a slot that have not ended, in the order in which they get one."""
         return [goal for goal in self._waiting if not goal.ended]
 
+    @property
+    def unplaced(self) -> int:
+        """How many goals have no slot, with some that were recalled."""
+        return len(self._waiting)
+
     def occupant(self, slot: str) -> Optional[Goal]:
         """Returns the goal in a slot."""
         return self._slots.get(slot)
