@@ -17,7 +17,7 @@ from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.init import on_shutdown
 from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.about import about
-from rosoclingo.errors import SeedPlannerError, ShutdownError, StoreError
+from rosoclingo.errors import ExhaustedError, SeedPlannerError, ShutdownError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.durability import Durability, KnownGoal
 from rosoclingo.loop.execution.interlock import Interlock
@@ -80,6 +80,7 @@ class LoopNode:
         encodings: Optional[Encodings] = None,
         durability: Optional[Durability] = None,
         solver_report: Optional[SolverReport] = None,
+        is_replaced: bool = False,
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
 
@@ -94,6 +95,7 @@ class LoopNode:
             encodings: What the planner plans with; without it, there is no service ``~why``.
             durability: Stores the run; None for nowhere.
             solver_report: Returns the health of a solver in this process; None if there is none.
+            is_replaced: Whether another process takes this one's place if its memory runs out.
 
         Raises:
             ParameterError: A parameter is wrong.
@@ -122,6 +124,7 @@ class LoopNode:
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
         explains = parameters.flag("explain", True)
         self.failure: Optional[str] = None
+        self._is_exhausted = False
         self._inbox = inbox
         self._environment = environment = RosEnvironment(describe(parameters=deciding))
         self._durability = durability or Durability()
@@ -133,6 +136,7 @@ class LoopNode:
             environment,
             durability=self._durability,
             action_timeout=timeout,
+            is_replaced=is_replaced,
             **deciding,
         )
         if encodings is not None:
@@ -195,8 +199,8 @@ class LoopNode:
 
     @property
     def is_refused(self) -> bool:
-        """Whether it is not sure that the loop can use its store, or go on with the run in it."""
-        return self._durability.is_refused
+        """Whether another process may not do better: with this store, this run or this memory."""
+        return self._durability.is_refused or self._is_exhausted
 
     def is_alive(self) -> bool:
         """Whether the loop still runs."""
@@ -224,6 +228,9 @@ class LoopNode:
             self._loop.run()
         except ShutdownError:
             pass
+        except ExhaustedError as err:
+            self._is_exhausted = not err.at_once
+            self._fail(str(err))
         except RosclingoError as err:
             self._fail(str(err))
         except Exception as err:  # the open goals have been aborted; say why, and end
