@@ -62,6 +62,10 @@ class SolverError(RosclingoError):
     """clingo itself failed."""
 
 
+class OutOfMemoryError(SolverError):
+    """The process of a solver ran out of memory; the solver has lost all that it was told."""
+
+
 class ServiceError(RosclingoError):
     """A solver node is missing, was lost, or sent an unreadable reply."""
 

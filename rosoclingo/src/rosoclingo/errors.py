@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rosclingo.errors import RosclingoError
+from rosclingo.errors import OutOfMemoryError, RosclingoError, ServiceError
 
 
 class LoopError(RosclingoError):
@@ -19,6 +19,31 @@ class OutsideError(LoopError):
 
 class PlannerError(LoopError):
     """The planner refused or failed at what the controller asked for."""
+
+
+class SpareMemoryError(OutOfMemoryError):
+    """A search that no goal has asked for ran out of memory, such as one for a better plan."""
+
+
+class RepeatedLossError(ServiceError):
+    """A solver was lost each time at the same call."""
+
+
+class OverloadedError(LoopError):
+    """The planner was lost each time that it was asked for the same."""
+
+
+class ExhaustedError(LoopError):
+    """Memory ran out, and this process cannot go on; another one can, if the run is stored.
+
+    Attributes:
+        at_once: Whether another process can go on at once, since a goal that asked for too much
+            has ended.
+    """
+
+    def __init__(self, message: str, *, at_once: bool = False) -> None:
+        super().__init__(message)
+        self.at_once = at_once
 
 
 class ControllerError(LoopError):

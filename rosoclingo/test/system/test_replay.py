@@ -607,6 +607,19 @@ def divergence(ended: Terminal) -> List[str]:
 
 
 @pytest.mark.costly
+def test_a_goal_that_is_out_of_reach(terminals: Terminals, tmp_path: Path) -> None:
+    """The loop looks for a plan with one horizon after the other, without end: that is said."""
+    encoding = tmp_path / "line.lp"
+    tail = "#program transition(t). :- do(robot,_,t), t>1.\n"
+    encoding.write_text(Path(line()).read_text() + tail)
+    bag = BAGS / "line_single_2.0.bag"
+    ended = replay(terminals, bag, "--single", f"-f {encoding}", "--timeout", "5")
+    assert ended.wait() == 1, ended.output
+    assert "there was nothing but searches for 5 s (--timeout)" in ended.output
+    assert "Traceback" not in ended.output
+
+
+@pytest.mark.costly
 def test_differences(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
     """There are none without a change; each change is found, in the step where it shows."""
     bag, results = recorder.record(["visit(3) visit(2)"], [line()]), tmp_path / "results.xml"

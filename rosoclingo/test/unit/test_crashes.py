@@ -27,7 +27,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, find_mode, make_parts
-from rosoclingo.errors import StoreError
+from rosoclingo.errors import ExhaustedError, StoreError
 from rosoclingo.loop.journal import Control, ControlArrived, MessageArrived
 from rosoclingo.loop.mode.controller import Controller, Info
 from rosoclingo.loop.quality import Quality
@@ -497,7 +497,7 @@ def test_a_solver_that_does_not_come_back(folder: Path) -> None:
 
 @pytest.mark.parametrize("is_told", [False, True])
 def test_a_solver_is_lost_again_and_again(folder: Path, *, is_told: bool) -> None:
-    """A call fails if its solver is lost again and again, unless that is told to end."""
+    """The run is left to another process, unless the solver is told to end."""
     runs, calm, disturbed = Runs(folder, DYN_RESET), world(), world()
     runs.run(calm)
     mortal = Mortal(runs.parts.planner)
@@ -509,8 +509,43 @@ def test_a_solver_is_lost_again_and_again(folder: Path, *, is_told: bool) -> Non
         runs.run(disturbed)
         assert outcome(disturbed) == outcome(calm)
     else:
-        with pytest.raises(ServiceError, match="the connection was lost"):
+        with pytest.raises(ExhaustedError, match="lost each time: the connection was lost"):
             runs.run(disturbed)
+        assert not any(client.end() for client in disturbed.clients.values())
+
+
+class Weak(Forwarding):
+    """A solver whose process is killed each time that it searches for one of the goals."""
+
+    def __init__(self, solver: Solver, deadly: str) -> None:
+        super().__init__(solver)
+        self._deadly = deadly
+        self._kills = False
+
+    def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
+        for one in commands:
+            if isinstance(one, wire.Restart):
+                self._kills = False
+            elif isinstance(one, wire.AssignExternal) and f",{self._deadly}," in one.name:
+                self._kills = one.value is wire.Truth.TRUE
+        return super().run(commands)
+
+    def solve(self, *arguments: Any) -> wire.Outcome:
+        if self._kills:
+            self._solver.run([wire.Restart()])
+            self._kills = False
+            raise ServiceError("the connection was lost")
+        return super().solve(*arguments)
+
+
+def test_a_goal_at_which_the_solver_is_lost_each_time(folder: Path) -> None:
+    """It ends, the others go on; also if they are told together."""
+    runs, world = Runs(folder, DYN_RESET), World(["visit(2)", "visit(4)", "visit(3)"])
+    runs.parts = replace(runs.parts, planner=Weak(runs.parts.planner, "visit(4)"))
+    runs.wait = lambda: None
+    runs.run(world)
+    ends = [client.end() for client in world.clients.values()]
+    assert ends == [["succeeded"], ["rejected"], ["succeeded"]]
 
 
 def test_a_solver_comes_back_with_something_else(folder: Path) -> None:

@@ -12,7 +12,7 @@ import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
 from rospy.exceptions import TransportException
 
-from rosclingo.errors import ServiceError, SolverEndedError, XmlError
+from rosclingo.errors import OutOfMemoryError, ServiceError, SolverEndedError, XmlError
 from rosclingo.msg import (
     ROSClingoActionFeedback,
     ROSClingoActionGoal,
@@ -23,7 +23,8 @@ from rosclingo.ros.init import on_shutdown
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.ros.presence import Presence, presence
 from rosclingo.ros.reminder import Reminder
-from rosclingo.solver.worker import RESTARTED, SHUTTING_DOWN, Stop
+from rosclingo.solver.memory import says_out_of_memory
+from rosclingo.solver.worker import OUT_OF_MEMORY, RESTARTED, SHUTTING_DOWN, Stop
 from rosclingo.srv import ROSClingoControl
 from rosclingo.wire.commands import Answer, Assumed, Command, Improvement, Outcome, Reply, Result
 from rosclingo.wire.xml_codec import decode_reply, encode_assumptions, encode_commands
@@ -156,6 +157,7 @@ class Client:
         Raises:
             SolverEndedError: The node is shutting down.
             ServiceError: It is not there, or has lost what it was told before.
+            OutOfMemoryError: Its memory has run out, and it has lost what it was told.
             XmlError: A command holds a character that XML cannot carry.
         """
         text = encode_commands(commands)
@@ -166,6 +168,8 @@ class Client:
             raise self._shuts_down()
         if failure is not None and (failure.command, failure.index) == (RESTARTED, -1):
             raise ServiceError(f"{self.name} has lost what it was told: {failure.message}")
+        if failure is not None and (failure.command, failure.index) == (OUT_OF_MEMORY, -1):
+            raise OutOfMemoryError(failure.message)
         return reply
 
     def _call(self, text: str) -> Reply:
@@ -249,6 +253,7 @@ class Client:
         Raises:
             SolverEndedError: The node is shutting down.
             ServiceError: It is not there, went away, or rejected or aborted the goal.
+            OutOfMemoryError: Its memory has run out, and it has lost what it was told.
         """
         if not self._connected():
             raise self._gone(f"there is no solver {self.name}; is its node running?")
@@ -310,6 +315,8 @@ class Client:
         status, result = search.result.status, search.result.result
         if status.text == Stop.SHUTDOWN.value:
             raise self._shuts_down()
+        if status.status == GoalStatus.ABORTED and says_out_of_memory(status.text):
+            raise OutOfMemoryError(status.text)
         # A control request or a goal of somebody else's ends a search too: it is interrupted then.
         ended = canceled or result.interrupted
         if status.status != GoalStatus.SUCCEEDED and not ended:

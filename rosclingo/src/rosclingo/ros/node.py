@@ -25,14 +25,16 @@ from rosclingo.ros.diagnostics import DiagnosticsPublisher, read_parameters
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import end_wrong, init_node, log_clingo, on_shutdown, spin
 from rosclingo.ros.low_latency import publisher
-from rosclingo.ros.master_watch import exit_status
+from rosclingo.ros.master_watch import exit_status, is_respawned
+from rosclingo.ros.memory_watch import end_without_memory, watch_memory
 from rosclingo.solver.about import about
 from rosclingo.solver.activity import FailedRequest, solver_health
 from rosclingo.solver.engine import Engine
+from rosclingo.solver.memory import out_of_memory
 from rosclingo.solver.options import USAGE, Options, parse_options
 from rosclingo.solver.programs import Policy
 from rosclingo.solver.terms import parse_term
-from rosclingo.solver.worker import Caller, Job, Stop, Worker
+from rosclingo.solver.worker import OUT_OF_MEMORY, Caller, Job, Stop, Worker
 from rosclingo.srv import ROSClingoControl, ROSClingoControlRequest
 from rosclingo.wire.commands import (
     AssignExternal,
@@ -115,6 +117,9 @@ class SolverNode:
 
     Callbacks of rospy's threads put requests to the worker and return; only ``~control`` waits
     for its reply. Make it after the node is initialised.
+
+    Attributes:
+        failure: Why the process is to end at once; empty unless memory has run out.
     """
 
     def __init__(self, engine: Engine, description: str) -> None:
@@ -124,7 +129,9 @@ class SolverNode:
             allow_scripts=parameters.flag("allow_scripts", engine.policy.allow_scripts),
             load_path=_load_path(engine.policy),
         )
-        self.worker = Worker(engine)
+        self._ended = threading.Event()
+        self.failure = ""
+        self.worker = Worker(engine, self._on_out_of_memory)
         self._activity = engine.activity
         self._failed: Optional[FailedRequest] = None
         self._jobs: Dict[str, GoalJob] = {}
@@ -160,6 +167,17 @@ class SolverNode:
             )
         ]
 
+    def spin(self) -> None:
+        """Waits until the node is shut down, or has no memory any more."""
+        spin(self._ended)
+
+    def _on_out_of_memory(self, reason: str) -> None:
+        """Lets the process end if another one takes its place; the client learns of it first."""
+        if is_respawned():
+            self.worker.close()  # whatever is asked for now is for the next process
+            self.failure = reason
+            self._ended.set()
+
     def _note_failure(self, message: str) -> None:
         self._failed = FailedRequest(message, time.monotonic())
 
@@ -174,7 +192,12 @@ class SolverNode:
 
     def _on_control(self, request: ROSClingoControlRequest) -> str:
         begin = time.perf_counter()
-        result = self._control(request)
+        try:
+            result = self._control(request)
+        except MemoryError:
+            reason = str(out_of_memory("answering"))
+            self._on_out_of_memory(reason)
+            result = encode_reply(Reply(failure=Failure(OUT_OF_MEMORY, -1, reason)))
         log = ROSClingoControlLog(
             rospy.Time.from_sec(time.time()), request.commands, result, time.perf_counter() - begin
         )
@@ -248,7 +271,8 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
     Args:
         arguments: The command line with the program's name; ``sys.argv`` if empty.
 
-    The exit status is 0, or 2 when the command line or a file is wrong.
+    The exit status is 0, 1 when memory has run out in a node that is started again then, or 2 when
+    the command line or a file is wrong.
     """
     faulthandler.enable()  # says where a division of clingo's has ended the process
     arguments = rospy.myargv(list(arguments) or sys.argv)[1:]
@@ -265,7 +289,10 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
         print(f"rosclingo: {err}", file=sys.stderr)
         end_wrong()
     _log_start(options, engine.policy)
-    spin()
+    watch_memory(engine.activity)
+    node.spin()
+    if node.failure:
+        end_without_memory(node.failure)
     if not node.worker.join(_SECONDS_TO_END):
         # clingo cannot be interrupted while it grounds.
         sys.stdout.flush()

@@ -11,20 +11,45 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
-from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Tuple, cast
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Iterator,
+    List,
+    Optional,
+    Sequence,
+    Set,
+    Tuple,
+    cast,
+)
 
 import clingo
 from clingo import ast
 from clingo.backend import Observer
 from clingo.symbolic_atoms import SymbolicAtom
 
-from rosclingo.errors import SolverError, UnknownExternalError, UnknownProgramError, report, shorten
+from rosclingo.errors import (
+    OutOfMemoryError,
+    SolverError,
+    UnknownExternalError,
+    UnknownProgramError,
+    report,
+    shorten,
+)
 from rosclingo.solver import programs, scripts
 from rosclingo.solver.activity import GROUNDING, SOLVING, SolverActivity
 from rosclingo.solver.controls import ClingoMessages, new_control, use_heuristics
 from rosclingo.solver.explanations import CauseFinder
+from rosclingo.solver.memory import (
+    RESERVE,
+    is_out_of_memory,
+    out_of_memory,
+    prepare_thread,
+)
 from rosclingo.solver.options import Options
 from rosclingo.solver.patches import atoms_after
 from rosclingo.solver.programs import Policy, Program
@@ -46,6 +71,10 @@ _Part = Tuple[str, Tuple[clingo.Symbol, ...]]
 
 class Engine:
     """Runs commands and solve calls on one solver.
+
+    When clingo or Python runs out of memory, the solver and all that it was told is dropped, so
+    that there is memory again to say so: until a restart, everything else is refused. Symbols stay
+    in memory for as long as the process does, so a new process has more room than a restart.
 
     Not thread-safe: one thread makes the calls. Only ``policy`` may be set from elsewhere, and
     ``activity`` read.
@@ -80,6 +109,7 @@ class Engine:
         Raises:
             OptionsError: clingo refuses an option, or there is no such theory.
             ProgramError: A file does not parse or is not safe.
+            OutOfMemoryError: Memory has run out.
         """
         self.policy = policy if policy is not None else default_policy(options)
         self.activity = SolverActivity()
@@ -95,13 +125,18 @@ class Engine:
             wire.Ground: self._ground,
             wire.Load: self._load,
             wire.ReleaseExternal: self._release_external,
-            wire.Restart: self._restart,
+            wire.Restart: lambda _: self._restart_in_memory(),
         }
         self.program = Program()
         self._rereads = True
         self._rewrite = rewrite
+        self._dropped: Optional[str] = None  # why the solver is dropped, if it is
+        self._ask: Optional[SymbolicAtom] = None  # the last ground(P) that was seen
         self.core: Tuple[wire.Assumption, ...] = ()
-        self._restart()
+        try:
+            self._restart()
+        except MemoryError:
+            raise out_of_memory("starting") from None
         self._rereads = rereads
 
     def use_threads(self, threads: int) -> None:
@@ -122,17 +157,28 @@ class Engine:
 
         Raises:
             RosclingoError: The command is wrong; the solver is as it was before.
+            OutOfMemoryError: Memory has run out.
             SolverError: clingo failed; only ``wire.Restart`` is sure to work afterwards.
         """
         is_ground = isinstance(command, wire.Ground)
-        self.activity.begin(GROUNDING if is_ground else wire.command_name(command))
+        doing = GROUNDING if is_ground else wire.command_name(command)
+        self.activity.begin(doing)
+        prepare_thread()
         try:
-            with scripts.using(self._scripts):
-                return self._runners[type(command)](command)
-        except (RuntimeError, MemoryError) as err:
-            reason = "\n".join(filter(None, [scripts.reason(str(err)), self._messages.text()]))
-            self.activity.failure = reason
-            raise SolverError(f"clingo failed: {reason}; a restart gives a fresh solver") from err
+            if not isinstance(command, wire.Restart):
+                self._check_memory()
+            try:
+                with scripts.using(self._scripts):
+                    return self._runners[type(command)](command)
+            except (RuntimeError, MemoryError) as err:
+                if not is_out_of_memory(err):
+                    reason = scripts.reason(str(err))
+                    reason = "\n".join(filter(None, [reason, self._messages.text()]))
+                    self.activity.failure = reason
+                    raise SolverError(
+                        f"clingo failed: {reason}; a restart gives a fresh solver"
+                    ) from err
+            raise self._drop(doing)  # here, because the error's traceback would keep the solver
         finally:
             self.activity.end()
             self._log_messages()
@@ -141,12 +187,17 @@ class Engine:
         """Runs commands in order until one fails; what ran before that stays.
 
         Returns:
-            The answers, and the failure if there was one. Nothing is raised.
+            The answers, and the failure if there was one.
+
+        Raises:
+            OutOfMemoryError: Memory has run out; nothing else is raised.
         """
         answers: List[wire.Answer] = []
         for index, command in enumerate(commands):
             try:
                 answer = self.apply(command)
+            except OutOfMemoryError:
+                raise
             except Exception as err:  # a bug must not end the node: the client learns of it
                 name = wire.command_name(command)
                 # clingo's messages may quote all of a long program.
@@ -176,8 +227,10 @@ class Engine:
 
         Raises:
             TermError: An assumption is not a ground term.
+            OutOfMemoryError: Memory has run out.
             SolverError: clingo failed.
         """
+        self._check_memory()
         literals = [
             (parse_term(a.name), a.value) for a in assumptions if isinstance(a, wire.Assumption)
         ]
@@ -185,11 +238,32 @@ class Engine:
         limits = [a.conflicts for a in assumptions if isinstance(a, wire.ConflictLimit)]
         strategies = [a.strategy for a in assumptions if isinstance(a, wire.Restarts)]
         self.core = ()
+        self.activity.begin(SOLVING)
+        try:
+            try:
+                with self._limited(bounds, limits, strategies):
+                    return self._search_watched(literals, stopped or (lambda: False), improved)
+            except (RuntimeError, MemoryError) as err:
+                if not is_out_of_memory(err):
+                    self.activity.failure = str(err)
+                    raise SolverError(f"clingo failed while solving: {err}") from err
+            raise self._drop(SOLVING)  # here, because the error's traceback would keep the solver
+        finally:
+            self.activity.end()
+            self._log_messages()
+
+    @contextlib.contextmanager
+    def _limited(
+        self,
+        bounds: Sequence[Tuple[int, ...]],
+        limits: Sequence[int],
+        strategies: Sequence[str],
+    ) -> Iterator[None]:
+        """A context in which searches have the last of some bounds, limits and strategies."""
         solving = cast(clingo.Configuration, self._control.configuration.solve)
         solver = cast(clingo.Configuration, self._control.configuration.solver)
         restarts = solver.restarts if strategies and len(solver) == 1 else None
         mode, limit = solving.opt_mode, solving.solve_limit
-        self.activity.begin(SOLVING)
         try:
             if limits:
                 solving.solve_limit = str(limits[-1])
@@ -197,24 +271,48 @@ class Engine:
                 solving.opt_mode = ",".join(["opt", *map(str, bounds[-1])])
             if restarts is not None:
                 _set_restarts(solver, strategies[-1])
-            with SearchWatch(stopped or (lambda: False), self._control.interrupt) as watch:
-                outcome = self._search(literals, watch, improved)
-                if outcome.interrupted and not watch.stopped:
-                    # The search before was over when it was interrupted, and left that to this one.
-                    outcome = self._search(literals, watch, improved)
-                return outcome
-        except (RuntimeError, MemoryError) as err:
-            self.activity.failure = str(err)
-            raise SolverError(f"clingo failed while solving: {err}") from err
+            yield
         finally:
-            self.activity.end()
             if bounds:
                 solving.opt_mode = mode
             if limits:
                 solving.solve_limit = limit
             if restarts is not None:
                 solver.restarts = restarts
-            self._log_messages()
+
+    def _search_watched(
+        self,
+        assumptions: Sequence[Tuple[clingo.Symbol, bool]],
+        stopped: Callable[[], bool],
+        improved: Callable[[wire.Improvement], None],
+    ) -> wire.Outcome:
+        with SearchWatch(stopped, self._control.interrupt) as watch:
+            outcome = self._search(assumptions, watch, improved)
+            if outcome.interrupted and not watch.stopped:
+                # The search before was over when it was interrupted, and left that to this one.
+                outcome = self._search(assumptions, watch, improved)
+            return outcome
+
+    def _check_memory(self) -> None:
+        """Raises the error by which the solver was dropped, if it was.
+
+        Raises:
+            OutOfMemoryError: It was dropped, and not restarted since then.
+        """
+        if self._dropped is not None:
+            raise OutOfMemoryError(f"{self._dropped}; begin with a restart")
+
+    def _drop(self, doing: str) -> OutOfMemoryError:
+        """Frees the solver, which ran out of memory; returns the error to raise."""
+        self.__dict__.pop("_control", None)  # a restart may fail, too, when it is dropped
+        self._theory = make_theory(self._options.theory)  # the solver goes before its theory
+        self._externals = _ExternalValues()
+        self._ask = None
+        self._ways.forget()
+        self._causes.forget()
+        err = out_of_memory(doing)
+        self.activity.failure = self._dropped = str(err)
+        return err
 
     def _search(
         self,
@@ -259,7 +357,19 @@ class Engine:
                 named.append(assumption)
         return tuple(named)
 
-    def _restart(self, _: Optional[wire.Restart] = None) -> None:
+    def _restart_in_memory(self) -> None:
+        """Restarts; if there is too little memory for two solvers, the old one goes before."""
+        try:
+            self._restart()
+        except (RuntimeError, MemoryError) as err:
+            if not is_out_of_memory(err):
+                raise
+        else:
+            return
+        self._drop(wire.command_name(wire.Restart()))
+        self._restart()
+
+    def _restart(self) -> None:
         # Everything that can fail comes first, so that a failure leaves the old solver in place.
         options = self._options
         program = last = self.program
@@ -295,8 +405,9 @@ class Engine:
         self._definitions: List[ast.AST] = list(program.definitions)
         self._external_signatures: Set[Tuple[str, int, bool]] = set()
         self._once: Set[_Part] = set()  # parts that were grounded by what asks
-        self._ask: Optional[SymbolicAtom] = None  # the last ground(P) that was seen
-        self.activity.atoms, self.activity.failure = None, ""
+        self._ask = None
+        self.activity.atoms, self.activity.failure, self._dropped = None, "", None
+        RESERVE.keep()
 
     def _add(self, command: wire.Add) -> None:
         self._take(

@@ -14,7 +14,7 @@ from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tupl
 import clingo
 from clingo import ast
 
-from rosclingo.errors import ForbiddenError, ProgramError, SolverError
+from rosclingo.errors import ForbiddenError, ProgramError
 from rosclingo.solver import lexical, limits, scripts
 from rosclingo.solver.controls import ClingoMessages, new_control
 from rosclingo.solver.options import Options, constants
@@ -228,8 +228,6 @@ def _parse(
         raise ProgramError(messages.text() or str(err)) from err
     except UnicodeError as err:
         raise ProgramError(f"the program is not valid Unicode: {err}") from err
-    except MemoryError as err:
-        raise SolverError("there is not enough memory to parse the program") from err
     if program.scripts and not sources.scripts:
         begin = program.scripts[0].location.begin
         raise _no_scripts(begin.filename, begin.line, begin.column)

@@ -89,10 +89,14 @@ class _Watcher:
             with self._changed:
                 self._changed.wait_for(lambda: self._watches)
             time.sleep(POLL_SECONDS)
-            with self._changed:
-                watches = list(self._watches)
-            for watch in watches:
-                watch.look()
+            self._look()
+
+    def _look(self) -> None:
+        """Looks at all searches once; no variable of the thread keeps their solvers."""
+        with self._changed:
+            watches = list(self._watches)
+        for watch in watches:
+            watch.look()
 
 
 _WATCHER = _Watcher()

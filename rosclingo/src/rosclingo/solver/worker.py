@@ -12,13 +12,17 @@ import queue
 import threading
 from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import List, Optional, Sequence, Tuple, Union
+from typing import Callable, List, Optional, Sequence, Tuple, Union
 
-from rosclingo.errors import SolverError, report
+from rosclingo.errors import OutOfMemoryError, SolverError, report
 from rosclingo.solver.engine import Engine
+from rosclingo.solver.memory import is_out_of_memory, out_of_memory
 from rosclingo.wire import commands as wire
 
 _LOG = logging.getLogger("rosout")
+
+OUT_OF_MEMORY = "memory"
+"""The command of a failure outside of every command: memory ran out, and the solver is dropped."""
 
 RESTARTED = "restart"
 """The command of a failure outside of every command: the last restart was not the caller's own."""
@@ -114,8 +118,18 @@ class Worker:
     time of a list operation only, and no callback runs under it.
     """
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(
+        self, engine: Engine, out_of_memory: Callable[[str], None] = lambda _: None
+    ) -> None:
+        """Starts the threads.
+
+        Args:
+            engine: The engine.
+            out_of_memory: Called with the reason in the worker's thread when memory has run out,
+                before the client learns of it.
+        """
         self._engine = engine
+        self._out_of_memory = out_of_memory
         self._requests: queue.Queue[Union[_Control, Job, None]] = queue.Queue()
         self._lock = threading.Lock()
         self._open: List[Job] = []
@@ -230,7 +244,11 @@ class Worker:
                 self._check_restarts(caller)
             except SolverError as err:
                 return wire.Reply(failure=wire.Failure(RESTARTED, -1, str(err)))
-        reply = self._engine.run(commands)
+        try:
+            reply = self._engine.run(commands)
+        except OutOfMemoryError as err:
+            self._out_of_memory(str(err))
+            return wire.Reply(failure=wire.Failure(OUT_OF_MEMORY, -1, str(err)))
         if restarts and (reply.failure is None or reply.failure.index > restarts[0]):
             self._restarted_by = caller.name
         return reply
@@ -253,6 +271,10 @@ class Worker:
                 outcome = self._engine.solve(job.assumptions, job.stopped, job.improved)
             job.finished(outcome)
         except Exception as err:  # a bug must not end the node: the client learns of it
+            if is_out_of_memory(err):  # to send what was found
+                err = out_of_memory("answering")
+            if isinstance(err, OutOfMemoryError):
+                self._out_of_memory(str(err))
             try:
                 job.failed(report(err, "while solving"))
             except Exception:

@@ -152,5 +152,16 @@ class Durability(DurableInputs):
         """Returns whether the loop ends, and the run goes on in a later process."""
         return False
 
+    def suspend(self, reason: str) -> bool:
+        """Has a later process go on with the run, if one can; inputs are refused from now on.
+
+        Args:
+            reason: Why this process ends.
+
+        Returns:
+            Whether one can.
+        """
+        return False
+
     def close(self) -> None:
         """Called when the process ends; may be called twice."""

@@ -11,10 +11,17 @@ from typing import Any, Callable, Dict, Mapping, Optional, Sequence
 
 import clingo
 
-from rosclingo.errors import RosclingoError, ServiceError
+from rosclingo.errors import OutOfMemoryError, RosclingoError, ServiceError
 from rosclingo.wire.commands import Result
-from rosoclingo.errors import ControllerError, OutsideError, PlannerError, ShutdownError
-from rosoclingo.loop import diagnosis, operating, publishing, statuses
+from rosoclingo.errors import (
+    ControllerError,
+    ExhaustedError,
+    OutsideError,
+    OverloadedError,
+    PlannerError,
+    ShutdownError,
+)
+from rosoclingo.loop import diagnosis, memory, operating, publishing, statuses
 from rosoclingo.loop.durability import Durability
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import CommandDone, LoopEnded, Reason
@@ -72,6 +79,7 @@ class Loop:
         ask_before: Sequence[str] = (),
         ask_again: float = ASK_AGAIN_SECONDS,
         policies: Optional[Mapping[str, Mapping[str, object]]] = None,
+        is_replaced: bool = False,
     ) -> None:
         """Prepares a loop; :meth:`run` begins to ask its controller.
 
@@ -96,12 +104,16 @@ class Loop:
                 rejected, if nothing has changed before.
             policies: How actions are treated that fail or take too long, by patterns, see
                 :class:`.ActionPolicies`.
+            is_replaced: Whether another process takes this one's place if its memory runs out,
+                where the run is stored.
 
         Raises:
             SeedPlannerError: There is no such seed planner.
             ValueError: A pattern or a policy is wrong.
         """
         self._durability = durability or Durability()
+        self._is_replaced = is_replaced
+        self._has_decided = False
         planner, environment = self._durability.connect(inbox, planner, environment)
         self._solver = planner
         self.state = State(
@@ -135,6 +147,12 @@ class Loop:
             self.prepare()
             while True:
                 self.step()
+        except ExhaustedError as err:
+            if self._durability.suspend(str(err)):
+                self._mark_end(str(err))
+            else:
+                self.end(str(err))
+            raise
         except ServiceError as err:
             error = OutsideError(f"{err}; start that node again, and then rosoclingo")
             self.end(str(error), from_outside=True)
@@ -179,7 +197,29 @@ class Loop:
 
         Raises:
             ControllerError: The controller does not say what to do, or names no command.
+            ExhaustedError: Memory has run out, and this process cannot go on.
         """
+        self._has_decided = False
+        try:
+            if self.state.externals.lost:
+                self.state.externals.retell()
+            self._step()
+        except (OutOfMemoryError, OverloadedError) as err:
+            self._recover(err)
+        except MemoryError as err:
+            if self._durability.keeps_goals:
+                raise ExhaustedError("out of memory outside of the planner", at_once=True) from err
+            self._recover(OutOfMemoryError("out of memory"))  # which a solver in here may have used
+
+    def _recover(self, err: Exception) -> None:
+        """Goes on after the planner ran out of memory in a step, as if that had not begun."""
+        if memory.recover(self.state, err) and self._has_decided:
+            self._controller.undo()
+        self._durability.commit()
+        if self._is_replaced and self._durability.suspend(str(err)):
+            raise ExhaustedError(f"{err}; goes on in another process", at_once=True)
+
+    def _step(self) -> None:
         state = self.state
         state.monitor.begin(Doing.DECIDES)
         self._durability.begin_step()
@@ -188,7 +228,7 @@ class Loop:
             raise ShutdownError(Reason.SHUTDOWN)
         if state.ended:
             state.waiting.rest()
-        state.mail.take(may_ask=True)
+        state.mail.take(may_ask=not state.begins_again)
         state.poll()
         statuses.release(state)
         mail = state.mail
@@ -207,6 +247,7 @@ class Loop:
         command = self._durability.retry(
             lambda: self._controller.decide(info), self._restore_controller
         )
+        self._has_decided = True
         text = str(command)
         state.monitor.note_decision(text)
         state.planner.note_last_horizon(self._controller.last_horizon)

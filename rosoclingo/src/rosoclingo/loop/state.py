@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
+from rosclingo.errors import OutOfMemoryError
 from rosoclingo.loop import journal
 from rosoclingo.loop.believing import BeliefKeeper
 from rosoclingo.loop.execution.durations import Durations
@@ -345,26 +346,48 @@ class State(Progress):
             )
         self._assign_pending_messages(step)
         is_cancelled = False
-        for goal in self.mail.take_cancels():
+        cancels = self.mail.take_cancels()
+        while cancels:
+            goal = cancels.pop(0)
             self.executions.forget_rejections()
             # Its slot may be another's by now.
             if goal.slot is not None and self.goals.is_open(goal):
                 cancel = [event(goal.slot, "cancel", step)]
-                missing = self.externals.make_true(cancel, from_outside=True)
+                try:
+                    missing = self.externals.make_true(cancel, from_outside=True)
+                except OutOfMemoryError:
+                    goal.cancel_told = True
+                    self.mail.cancels = [*cancels, *self.mail.cancels]
+                    raise
                 goal.cancel_told |= not missing  # and stays so
                 is_cancelled |= not missing
                 for _, reason in missing:
                     self.environment.warn(f"the goal {goal.request} cannot be cancelled: {reason}")
         while self.goals.waiting and self.goals.has_free_slot():
             self.executions.forget_rejections()
-            for slot, goal in self.goals.place():
-                if self.externals.make_true([event(slot, goal.request, step)], from_outside=True):
+            placed = self.goals.place()
+            while placed:
+                slot, goal = placed.pop(0)
+                try:
+                    missing = self.externals.make_true(
+                        [event(slot, goal.request, step)], from_outside=True
+                    )
+                except OutOfMemoryError:
+                    self.externals.note_told(
+                        [event(other, later.request, step) for other, later in placed],
+                        from_outside=True,
+                    )
+                    raise
+                if missing:
                     self.externals.read()
                     reason = f"the mode tells it in step {step}, which is not grounded"
                     if is_grounded:
                         reason = self.mail.explain(slot, goal.request, step)
                     self.goals.end(goal, journal.Status.REJECTED, reason)
                     self.goals.remove(goal)
+            if self.goals.alone:
+                self.goals.alone -= 1
+                break
         self.timing.tell_planner(step)
         self.goals.tell_positions()
         self._tell_busy(step)

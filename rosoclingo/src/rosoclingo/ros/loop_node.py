@@ -21,7 +21,7 @@ from rosclingo.ros.dropped import DroppedInputs
 from rosclingo.ros.init import on_shutdown
 from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.about import about
-from rosoclingo.errors import SeedPlannerError, ShutdownError, StoreError
+from rosoclingo.errors import ExhaustedError, SeedPlannerError, ShutdownError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.durability import Durability, KnownGoal
 from rosoclingo.loop.execution.interlock import Interlock
@@ -91,6 +91,7 @@ class LoopNode:
         encodings: Optional[Encodings] = None,
         durability: Optional[Durability] = None,
         solver_report: Optional[SolverReport] = None,
+        is_replaced: bool = False,
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
 
@@ -105,6 +106,7 @@ class LoopNode:
             encodings: What the planner plans with; without it, there is no service ``~why``.
             durability: Stores the run; None for nowhere.
             solver_report: Returns the health of a solver in this process; None if there is none.
+            is_replaced: Whether another process takes this one's place if its memory runs out.
 
         Raises:
             ParameterError: A parameter is wrong.
@@ -135,6 +137,7 @@ class LoopNode:
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
         explains = parameters.flag("explain", True)
         self.failure: Optional[str] = None
+        self._is_exhausted = False
         self._inbox = inbox
         self._environment = environment = RosEnvironment(describe(parameters=deciding))
         self._durability = durability or Durability()
@@ -146,6 +149,7 @@ class LoopNode:
             environment,
             durability=self._durability,
             action_timeout=timeout,
+            is_replaced=is_replaced,
             **deciding,
         )
         if encodings is not None:
@@ -214,8 +218,8 @@ class LoopNode:
 
     @property
     def is_refused(self) -> bool:
-        """Whether it is not sure that the loop can use its store, or go on with the run in it."""
-        return self._durability.is_refused
+        """Whether another process may not do better: with this store, this run or this memory."""
+        return self._durability.is_refused or self._is_exhausted
 
     def is_alive(self) -> bool:
         """Whether the loop still runs."""
@@ -243,6 +247,9 @@ class LoopNode:
             self._loop.run()
         except ShutdownError:
             pass
+        except ExhaustedError as err:
+            self._is_exhausted = not err.at_once
+            self._fail(str(err))
         except RosclingoError as err:
             self._fail(str(err))
         except Exception as err:  # the open goals have been aborted; say why, and end

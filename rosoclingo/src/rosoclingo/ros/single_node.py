@@ -13,6 +13,8 @@ import rospy
 from rosclingo.errors import RosclingoError
 from rosclingo.ros import parameters
 from rosclingo.ros.init import end_wrong, init_node, log_clingo
+from rosclingo.ros.master_watch import is_respawned
+from rosclingo.ros.memory_watch import watch_memory
 from rosclingo.solver.about import about
 from rosclingo.solver.activity import solver_health
 from rosclingo.solver.engine import Engine
@@ -85,6 +87,7 @@ def main(commands: Type[Any]) -> NoReturn:
 
     def make() -> LoopNode:
         engine.use_threads(parameters.threads())
+        watch_memory(engine.activity)
         durability = open_durability(lambda: {"rosoclingo": encodings.launched()[name]})
         return LoopNode(
             Algorithm1(dialect.first_step, last),
@@ -94,6 +97,7 @@ def main(commands: Type[Any]) -> NoReturn:
             describe=describe,
             encodings=encodings,
             durability=durability,
+            is_replaced=is_respawned(),
             solver_report=lambda slow: solver_health(
                 engine.activity, time.monotonic(), slow_seconds=slow
             ),

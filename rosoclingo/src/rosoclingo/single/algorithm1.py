@@ -48,6 +48,9 @@ class Stage(enum.Enum):
     ADVANCE = "advance"
 
 
+_ASKING = (Stage.PLAN, Stage.EXTEND, Stage.GROW, Stage.QUERY, Stage.OPEN, Stage.BACK)
+
+
 @dataclass(frozen=True)
 class Position:
     """The saved state of Algorithm 1 between two decisions.
@@ -121,10 +124,16 @@ class Algorithm1:
 
     def prepare(self) -> None:
         """Begins anew."""
-        self.position = Position(Stage.BEGIN, self._first, self._first)
+        self.position = self._before = Position(Stage.BEGIN, self._first, self._first)
+
+    def undo(self) -> None:
+        """Takes the last decision back, and with it those that made the horizon longer."""
+        before = self._before
+        self.position = replace(before, stage=Stage.BACK) if before.stage in _ASKING else before
 
     def decide(self, info: Info) -> clingo.Symbol:
         """Returns the next command, such as ``ground(3)``."""
+        self._before = self.position
         return parse_term(self._stages[self.position.stage](info))
 
     def look_ahead(self, info: Info) -> None:

@@ -15,10 +15,21 @@ import time
 from dataclasses import dataclass
 from typing import Callable, Iterable, Iterator, List, Optional, Sequence, TypeVar
 
-from rosclingo.errors import ServiceError, SolverEndedError, XmlError
+from rosclingo.errors import (
+    OutOfMemoryError,
+    ServiceError,
+    SolverEndedError,
+    XmlError,
+    shorten,
+)
 from rosclingo.wire import commands as wire
 from rosclingo.wire.xml_codec import decode_commands, encode_commands
-from rosoclingo.errors import PlannerError
+from rosoclingo.errors import (
+    OverloadedError,
+    PlannerError,
+    RepeatedLossError,
+    SpareMemoryError,
+)
 from rosoclingo.loop.journal import Event, NodeResumed
 from rosoclingo.loop.values.solver import Forwarding, Solver
 from rosoclingo.store.database import Rows
@@ -53,29 +64,27 @@ class SolverRetry:
     wait: Callable[[ServiceError], None]
     note: Callable[[Event], None]
 
-    def __call__(
-        self, call: Callable[[], _T], restore: Callable[[], None], *, begins: bool = False
-    ) -> _T:
+    def __call__(self, call: Callable[[], _T], restore: Callable[[], None]) -> _T:
         """Calls the solver.
 
         Args:
             call: Calls it.
-            restore: Makes it what it was.
-            begins: Whether it has to be made so at first.
+            restore: Makes it what it was, before each further try.
 
         Raises:
-            ServiceError: It does not come back, or is lost each time.
+            RepeatedLossError: It is lost each time.
+            ServiceError: It does not come back.
         """
         tries, reason, since, until = 0, "", 0.0, 0.0
         while True:
             try:
-                if begins or reason:
+                if reason:
                     restore()
                 result = call()
             except ServiceError as err:
                 tries += not isinstance(err, SolverEndedError)  # which is not because of the call
                 if tries > _MOST_TRIES:
-                    raise
+                    raise RepeatedLossError(str(err)) from err
                 if not reason:
                     reason, since = str(err) or "no answer", time.monotonic()
                 self.wait(err)
@@ -115,9 +124,9 @@ class RecordedSolver(Forwarding):
     def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
         """Runs commands in order until one fails; what ran before that stays."""
         run = super().run
-        reply = self._retry(lambda: run(commands), self._restore)
+        reply = self._call(lambda: run(commands), begins=_begins(commands))
         done = len(commands) if reply.failure is None else max(0, reply.failure.index)
-        self._new += (one for one in commands[:done] if not isinstance(one, _ASKS))
+        self._log(commands[:done])
         return reply
 
     def solve(
@@ -128,35 +137,66 @@ class RecordedSolver(Forwarding):
     ) -> wire.Outcome:
         """Searches for answer sets until told to stop."""
         solve = super().solve
-        return self._retry(lambda: solve(assumptions, stopped, improved), self._restore)
+        return self._call(lambda: solve(assumptions, stopped, improved))
 
     def check(self) -> None:
         """Restores the solver if it was replaced."""
-        self._retry(super().check, self._restore)
+        self._call(super().check)
+
+    def _call(self, call: Callable[[], _T], *, begins: bool = False) -> _T:
+        """Calls the solver, and again if it is lost and replaced.
+
+        Args:
+            call: Calls it.
+            begins: Whether the call begins with a restart, so that nothing is restored before.
+
+        Raises:
+            OverloadedError: It is lost each time.
+        """
+        try:
+            return self._retry(call, (lambda: None) if begins else self._restore)
+        except RepeatedLossError as err:
+            raise OverloadedError(f"the planner was lost each time: {shorten(str(err))}") from err
 
     def take(self) -> List[wire.Command]:
         """Returns and clears the log: the commands since the last call, without queries."""
         new, self._new = self._new, []
         return new
 
+    def _log(self, commands: Sequence[wire.Command]) -> None:
+        if _begins(commands):
+            self._new.clear()
+        self._new += (one for one in commands if not isinstance(one, _ASKS))
+
     def restore(self) -> None:
         """Restores a fresh solver by the commands that were logged, without a search.
 
         Raises:
             PlannerError: A command fails that did not fail then.
+            SpareMemoryError: The planner has less memory than then.
+            OverloadedError: It is lost each time.
         """
-        self._retry(lambda: None, self._restore, begins=True)
+        self._call(self._restore, begins=True)
 
     def _restore(self) -> None:
-        texts = [*self._written(), *(encode_commands([one]) for one in self._new)]
+        new = [encode_commands([one]) for one in self._new]
+        texts = new if _begins(self._new) else [*self._written(), *new]
         for batch in _batches(texts):
             try:
                 commands = [one for text in batch for one in decode_commands(text)]
             except XmlError as err:
                 raise _not_restored(f"a command in the store is wrong: {err}") from err
-            failure = super().run(commands).failure
+            try:
+                failure = super().run(commands).failure
+            except OutOfMemoryError as err:
+                raise SpareMemoryError(f"{err}; its past needs more than it has now") from err
             if failure is not None:
                 raise _not_restored(f"it refused <{failure.command}>: {failure.message}")
+
+
+def _begins(commands: Sequence[wire.Command]) -> bool:
+    """Whether commands do not depend on what was told before."""
+    return bool(commands) and isinstance(commands[0], wire.Restart)
 
 
 def _not_restored(reason: str) -> PlannerError:

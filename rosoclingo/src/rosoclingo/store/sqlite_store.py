@@ -24,7 +24,7 @@ import clingo
 
 from rosclingo.errors import ServiceError
 from rosclingo.wire.commands import Result
-from rosoclingo.errors import StoreError
+from rosoclingo.errors import OverloadedError, SpareMemoryError, StoreError
 from rosoclingo.loop.durability import Durability, KnownGoal
 from rosoclingo.loop.health import StoreSummary
 from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, arrival_of
@@ -266,7 +266,12 @@ class SqliteStore(Durability):
             return False
         with self.store.understood():
             self.retry(lambda: controller.restore(saved.controller))
-        self._planner.restore()
+        if not state.externals.lost:
+            try:
+                self._planner.restore()
+            except (SpareMemoryError, OverloadedError) as err:
+                state.environment.warn(f"the planner cannot be restored: {err}")
+                state.externals.lost = True  # it is told what counts now, which is less
         self.store.snapshot = None
         self._is_unsure = False
         state.note(NodeResumed(LOOP, seconds=time.monotonic() - self._created))
@@ -348,11 +353,14 @@ class SqliteStore(Durability):
         """Returns whether the run goes on in a later process, and refuses inputs until then."""
         if self._inbox.closed:
             return True
-        if self.is_refused or self.store.failure is not None:
-            with self._order:
-                self._stopped = reason
-            return True
-        return False
+        is_unsure = self.is_refused or self.store.failure is not None
+        return is_unsure and self.suspend(reason)
+
+    def suspend(self, reason: str) -> bool:
+        """Refuses inputs, which are for a later process that goes on with the run."""
+        with self._order:
+            self._stopped = reason
+        return True
 
     def close(self) -> None:
         """Closes the store."""

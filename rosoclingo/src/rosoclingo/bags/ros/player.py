@@ -28,6 +28,7 @@ from rosoclingo.loop.journal import Entry
 _NOT_COMPARED = (
     journal.LoopWaits, journal.MessageDropped, journal.ActionTook, journal.SearchEnded,
 )  # fmt: skip
+_SEARCHES = (journal.CommandDone, journal.SearchEnded)
 _POLL_SECONDS = 0.02
 _LOOK_SECONDS = 0.2  # how often it is seen whether the processes still run
 _PROGRESS_SECONDS = 2.0  # how often it is said how far the replay is
@@ -78,8 +79,9 @@ def play(
         processes: The system, that with the planning loop first.
         folder: Where logs are written.
         rate: How many times faster than recorded the inputs are sent; None for at once.
-        timeout: After so many seconds without any event the replay is given up; twice the longest
-            recorded search is waited for in any case.
+        timeout: After so many seconds without progress the replay is given up; twice the longest
+            recorded search is waited for in any case. A run that is another one makes no progress
+            by searching.
         kills: Whether nodes are killed where the recorded ones had died.
         same_encodings: Whether the system has the encodings that were recorded.
         show: Called now and then with the number of inputs that were sent, and of all, and the
@@ -179,15 +181,21 @@ class _Player:
                 return self._silence(now - heard)
 
     def _hear(self, timeout: float) -> bool:
-        before = self._last
+        """Takes events, and returns whether one of them is progress."""
+        is_progress = False
         for entry in self._connection.hear(timeout):
+            is_progress |= self._is_exact or not isinstance(entry.event, _SEARCHES)
             if self._begun is None:
                 self._begun = time.monotonic()
             self._replay.see(entry, time.monotonic())
             self._last = entry
             self._keep(entry)
             self._count(entry.event)
-        return self._last is not before
+        return is_progress
+
+    @property
+    def _is_exact(self) -> bool:
+        return isinstance(self._replay, ExactReplay) and self._replay.is_exact
 
     def _count(self, event: journal.Event) -> None:
         """Counts decisions, and kills nodes before the one that waits for it."""
@@ -240,8 +248,9 @@ class _Player:
             )
             raise BagError(f"the system has done nothing for {seconds:.0f} s; it says:\n{logs}")
         last = self._last
+        what = "nothing but searches" if isinstance(last.event, _SEARCHES) else "no event"
         return (
-            f"there was no event for {seconds:.0f} s (--timeout); the last one was: "
+            f"there was {what} for {seconds:.0f} s (--timeout); the last event was: "
             f"{' '.join(filter(None, journal.encode(last.event)[:3]))}, in step {last.step}"
         )
 
@@ -257,6 +266,11 @@ def _initialise(system: LocalMaster) -> None:
 def _patience(run: Run, progress: ReplayProgress, rate: Optional[float], timeout: float) -> float:
     """Returns after how many seconds without an event a replay is given up."""
     events = (entry.event for entry in run.entries)
-    searches = [e.seconds for e in events if isinstance(e, journal.CommandDone) and e.is_search]
+    searches = [0.0]  # in a row
+    for event in events:
+        if isinstance(event, journal.CommandDone) and not event.waits:
+            searches[-1] += event.seconds
+        elif not isinstance(event, journal.SearchEnded):
+            searches.append(0.0)
     gaps = [one.gap / rate for one in progress.planned] if rate else []
-    return max(timeout, 2 * max(searches, default=0.0)) + max(gaps, default=0.0)
+    return max(timeout, 2 * max(searches)) + max(gaps, default=0.0)

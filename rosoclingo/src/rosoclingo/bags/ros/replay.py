@@ -130,7 +130,7 @@ def _parser() -> argparse.ArgumentParser:
     rate = "send R times as fast as recorded, 1 for real time (default: as fast as possible)"
     add("--rate", type=_positive, metavar="R", help=rate)
     add("--timeout", type=_positive, default=60.0, metavar="SECONDS",
-        help="give up after so long without any event (default: 60)")  # fmt: skip
+        help="give up after so long without progress (default: 60)")  # fmt: skip
     return parser
 
 

@@ -51,6 +51,11 @@ class Progress:
         """Returns the events ``event(save,F,0)`` that the planner is to begin with."""
         return [atom for atom in self._again or () if atom.startswith(SAVE)]
 
+    @property
+    def begins_again(self) -> bool:
+        """Whether the planner is re-initialised next."""
+        return self._again is not None
+
     def take_beginning(self) -> Optional[List[str]]:
         """Returns the events that the planner begins with, once; None if it begins anew."""
         again, self._again = self._again, None

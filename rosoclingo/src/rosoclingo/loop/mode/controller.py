@@ -35,6 +35,7 @@ from rosclingo.wire.commands import (
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import ControllerError
 from rosoclingo.loop.mode.named_steps import last_horizon, number_steps
+from rosoclingo.loop.mode.retrying import ModeSolver
 from rosoclingo.loop.values.atoms import EVENT, SAVE, event
 from rosoclingo.loop.values.solver import Solver
 
@@ -103,6 +104,9 @@ class Decider(Protocol):
 
     def restore(self, saved: str) -> None:
         """Begins anew, and goes on where another one was whose snapshot this is."""
+
+    def undo(self) -> None:
+        """Takes the last decision back, whose command has changed nothing; asks no solver."""
 
     def prepare(self) -> None:
         """Begins anew."""
@@ -193,12 +197,13 @@ class Controller:
             known: What it need not be asked again; a solver in another process, of which others
                 may ask things, is asked each time.
         """
-        self._solver = solver
+        self._solver = ModeSolver(solver)
         self._known = known
         self._begun = False  # whether the solver has the mode, and knows what is true
         self._declared: Set[str] = set()
         self._true: Set[str] = set()
         self._saved: Tuple[str, ...] = ()
+        self._saved_before: Tuple[str, ...] = ()  # the last decision
         self._save_events: Dict[str, str] = {} if known is None else known.save_events
         self._background = ThreadPoolExecutor(1, "look ahead") if is_remote else None
         self._ahead: Optional[_Ahead] = None
@@ -261,10 +266,16 @@ class Controller:
         """
         ahead = self._take_ahead(info)
         decision = self._decide(info) if ahead is None else ahead.result()
-        self._saved, self._decided_from = decision.saved, decision.true
+        self._saved_before, self._saved = self._saved, decision.saved
+        self._decided_from = decision.true
         last = last_horizon(decision.command)
         self.last_horizon = self.last_horizon if last is None else last
         return number_steps(decision.command, info.step, info.asked, info.horizon)
+
+    def undo(self) -> None:
+        """Takes the last decision back; what was decided ahead rests on it."""
+        self._take_ahead(None)
+        self._saved = self._saved_before
 
     def look_ahead(self, info: Info) -> None:
         """Precomputes the next decision in the background, for these infos.

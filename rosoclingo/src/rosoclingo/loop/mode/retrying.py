@@ -1,10 +1,11 @@
-"""A solver wrapper that retries searches which other clients have interrupted."""
+"""Solver wrappers: one retries interrupted searches, one takes a mode's lost memory for a loss."""
 
 from __future__ import annotations
 
 from typing import Callable, Optional, Sequence, Set
 
-from rosclingo.wire.commands import Assumed, Improvement, Outcome
+from rosclingo.errors import OutOfMemoryError, ServiceError
+from rosclingo.wire.commands import Assumed, Command, Improvement, Outcome, Reply
 from rosoclingo.errors import OutsideError
 from rosoclingo.loop.values.solver import Forwarding, Solver
 
@@ -73,3 +74,34 @@ class RetryingSolver(Forwarding):
                 f"{other}, and is tried again; leave {self._name}/goal and {self._name}/cancel out "
                 "of what rosbag plays, and let no other node use it"
             )
+
+
+class ModeSolver(Forwarding):
+    """A mode's solver: one that ran out of memory counts as lost, since no goal is the cause."""
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        """Runs commands in order until one fails; what ran before that stays.
+
+        Raises:
+            ServiceError: Memory has run out.
+        """
+        try:
+            return super().run(commands)
+        except OutOfMemoryError as err:
+            raise ServiceError(f"the controller: {err}") from err
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumed] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
+    ) -> Outcome:
+        """Searches for answer sets until told to stop.
+
+        Raises:
+            ServiceError: Memory has run out.
+        """
+        try:
+            return super().solve(assumptions, stopped, improved)
+        except OutOfMemoryError as err:
+            raise ServiceError(f"the controller: {err}") from err

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Dict, Iterable, List, Sequence, Set, Tuple, Union
 
+from rosclingo.errors import OutOfMemoryError
 from rosclingo.wire.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.planner.vocabulary import ToldVocabulary, Vocabulary
-from rosoclingo.loop.values.atoms import EVENT, SAVE, event, query
+from rosoclingo.loop.values.atoms import EVENT, QUERY, SAVE, event, query
 from rosoclingo.loop.values.snapshot import take_over
 
 
@@ -22,10 +23,12 @@ class ExternalsState:
         grounded: The steps that are grounded; none before the planner is initialised.
         told: The events that were made true since the last plan was found, in order; each with
             whether it came from outside.
+        lost: Whether the planner has lost what it was told, see :meth:`PlannerExternals.retell`.
     """
 
     grounded: Set[int] = field(default_factory=set)
     told: Dict[str, bool] = field(default_factory=dict)
+    lost: bool = False
     _true: Set[str] = field(default_factory=set)  # events
     _kept: Set[str] = field(default_factory=set)  # other externals that the mode has made true
     _to_release: List[int] = field(default_factory=list)  # steps
@@ -139,12 +142,25 @@ class PlannerExternals(ExternalsState):
         Returns:
             The atoms that are no externals, each with the reason.
         """
-        missing = self._planner.tell(atoms)
+        try:
+            missing = self._planner.tell(atoms)
+        except OutOfMemoryError:
+            self.note_told(atoms, from_outside=from_outside)  # it is told them when it is back
+            raise
         unknown = {atom for atom, _ in missing}
         told = [atom for atom in atoms if atom not in unknown]
-        self._true.update(told)
-        self.told.update(dict.fromkeys(told, from_outside))
+        self.note_told(told, from_outside=from_outside)
         return missing
+
+    def note_told(self, atoms: Sequence[str], *, from_outside: bool) -> None:
+        """Records events that are true; a planner that is lost learns of them later."""
+        self._true.update(atoms)
+        self.told.update(dict.fromkeys(atoms, from_outside))
+
+    def note_taken_back(self, atom: str) -> None:
+        """Records that an event is false again; a planner that is lost never hears of it."""
+        self._true.discard(atom)
+        self.told.pop(atom, None)
 
     def make_true_soon(self, atoms: List[str]) -> List[Tuple[str, str]]:
         """Does the same before the planner is asked for anything, where it is sure to know them.
@@ -156,8 +172,7 @@ class PlannerExternals(ExternalsState):
         known = [atom for atom in atoms if self.is_declared(*split_term(atom)[1][:2])]
         missing = self.make_true([atom for atom in atoms if atom not in known])
         self._planner.make_true_later(known)
-        self._true.update(known)
-        self.told.update(dict.fromkeys(known, False))
+        self.note_told(known, from_outside=False)
         return missing
 
     def from_outside(self) -> List[str]:
@@ -167,8 +182,7 @@ class PlannerExternals(ExternalsState):
     def take_back(self, atom: str) -> None:
         """Makes an external of the planner false that was made true."""
         self._planner.assign([atom], Truth.FALSE)
-        self._true.discard(atom)
-        self.told.pop(atom, None)
+        self.note_taken_back(atom)
 
     def note_assigned(self, atom: str, true: bool) -> None:
         """Records the value that the mode itself has given to an external."""
@@ -204,6 +218,31 @@ class PlannerExternals(ExternalsState):
         self._planner.begin(saved)
         self._planner.ground_steps(sorted(self.grounded - {0}))
         self._planner.assign(self.kept, Truth.TRUE)
+
+    def note_last_step(self, last: int) -> None:
+        """Records which step is the last one that a planner that is lost is to have, and to reach.
+
+        Args:
+            last: The step, from the current one on.
+        """
+        self.grounded.intersection_update(range(last + 1))
+        asks = any(atom.startswith(QUERY) for atom in self._kept)
+        self._kept = {atom for atom in self._kept if not atom.startswith(QUERY)}
+        if asks:
+            self._kept.add(query(last))
+
+    def retell(self) -> None:
+        """Restarts a planner that is lost, and tells it the steps and events that are known.
+
+        Raises:
+            OutOfMemoryError: That needs more memory than it has; it can be tried again.
+        """
+        self._restart(self.saved)
+        is_told_saved = self._planner.demand.tells
+        events = [one for one in self.true if not (is_told_saved and one.startswith(SAVE))]
+        self._true.difference_update(atom for atom, _ in self._planner.tell(events))
+        self._seen = 0
+        self.lost = False
 
     def can_be_saved(self) -> bool:
         """Whether the planner declares events that say what holds in the beginning."""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 import time
 from dataclasses import field
-from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
+from typing import Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
 
+from rosclingo.errors import OutOfMemoryError
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
+from rosoclingo.errors import SpareMemoryError
 from rosoclingo.loop.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
 from rosoclingo.loop.planner.demand import TOLD, Demand, Pair, needed_horizon, step_parts
 from rosoclingo.loop.planner.layers import LayersState
@@ -68,12 +71,15 @@ class PlannerState:
         last_horizon: The last horizon that the mode may ask for; infinite without one, None if
             that is unknown, so that no horizon is looked ahead to.
         layers: What is known of the layers of its plans.
+        is_thrifty: Whether a search that no goal needs has run out of memory, so that there are
+            no more: for better plans, and ahead for longer ones.
     """
 
     demand: Demand = field(default_factory=Demand)
     quality: Optional[Quality] = None
     last_horizon: Optional[float] = None
     layers: LayersState = field(default_factory=LayersState)
+    is_thrifty: bool = False
     _kept: Optional[KeptPlan] = None
     _ahead: Set[int] = field(default_factory=set)  # steps grounded before the mode asks for them
     _top: int = 0  # the last step that is grounded
@@ -364,10 +370,11 @@ class Planner(PlannerState):
         if self.last_horizon is None or stopped():
             return None
         self._is_timed = True
-        return look_ahead(
-            self._solver, self._requests.run, self._ground_ahead, self._ground_pauses,
-            step=step, asked=horizon, last=self.last_horizon, stopped=stopped,
-        )  # fmt: skip
+        with self._spare():
+            return look_ahead(
+                self._solver, self._requests.run, self._ground_ahead, self._ground_pauses,
+                step=step, asked=horizon, last=self.last_horizon, stopped=stopped,
+            )  # fmt: skip
 
     def _find_cheaper(self, horizon: int, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
         """Searches longer horizons for a cheaper plan, for the time that ``patience`` has left."""
@@ -376,18 +383,33 @@ class Planner(PlannerState):
         assert self._began is not None
         end = self._began + self._limit
         searching = self._searching()
-        ended = look_for_cheaper(
-            self._solver, self._requests.run, self._ground_ahead, searching.cost,
-            asked=horizon, last=self.last_horizon, cost=self.quality.cost,
-            stopped=lambda: stopped() or time.monotonic() > end,
-        )  # fmt: skip
+        with self._spare():
+            ended = look_for_cheaper(
+                self._solver, self._requests.run, self._ground_ahead, searching.cost,
+                asked=horizon, last=self.last_horizon, cost=self.quality.cost,
+                stopped=lambda: stopped() or time.monotonic() > end,
+            )  # fmt: skip
         self._is_timed |= ended is not None
         return ended
+
+    @contextlib.contextmanager
+    def _spare(self) -> Iterator[None]:
+        """A context of a search that is given up for good if it runs out of memory.
+
+        Raises:
+            SpareMemoryError: It has.
+        """
+        try:
+            yield
+        except OutOfMemoryError as err:
+            self.is_thrifty = True
+            raise SpareMemoryError(str(err)) from err
 
     @property
     def _takes_turns(self) -> bool:
         """Tells whether horizons may take turns, so that plans may be longer than needed."""
-        return self.one_by_one_seconds > 0 and not self.recorded.knows_searches
+        may = self.one_by_one_seconds > 0 and not self.is_thrifty
+        return may and not self.recorded.knows_searches
 
     def _find_rest(
         self, step: int, horizon: int, stopped: Callable[[], bool]
@@ -474,7 +496,8 @@ class Planner(PlannerState):
             return not self._is_through
         if self.demand:
             is_best = self.quality is None or self.quality.is_best
-            return self._limit > 0 and self.demand.improves and not (is_best or self._is_through)
+            may = self._limit > 0 and self.demand.improves and not self.is_thrifty
+            return may and not (is_best or self._is_through)
         is_open = self._is_timed and bool(self._symbols) and not self._is_through
         is_best = self.quality is not None and self.quality.is_best
         return is_open and self._takes_turns and not is_best
@@ -501,9 +524,15 @@ class Planner(PlannerState):
 
         Raises:
             PlannerError: The encoding asks for what there is not.
+            SpareMemoryError: It ran out of memory.
         """
-        if not self.demand:
+        with self._spare():
+            if self.demand:
+                return self._improve_demand(step, stopped)
             return self._improve_plain(step, horizon, stopped)
+
+    def _improve_demand(self, step: int, stopped: Callable[[], bool]) -> Optional[wire.Outcome]:
+        """Looks for a cheaper plan of an encoding that is grounded on demand."""
         self.run(self.demand.begin_search(step, "search", "improve"))
         seconds = self._more_seconds if self.is_short else 0.0
         ended, better = self._searching().improve(stopped, seconds=seconds)

@@ -178,12 +178,14 @@ class GoalsSnapshot:
         slots: Each slot, with the id of its goal.
         waiting: The ids of the goals without a slot, in order.
         some_ended: Whether a goal has ended since the last reset.
+        alone: How many of the first in the queue get a slot one by one.
     """
 
     goals: Tuple[GoalState, ...]
     slots: Dict[str, Optional[str]]
     waiting: Tuple[str, ...]
     some_ended: bool
+    alone: int = 0
 
 
 class Goals:
@@ -193,10 +195,13 @@ class Goals:
 
     Attributes:
         some_ended: Whether a goal has ended since this was last set to False.
+        alone: How many of the first in the queue get a slot one by one, each with a plan of its
+            own, because one of them asks for too much.
     """
 
     def __init__(self) -> None:
         self.some_ended = False
+        self.alone = 0
         self._slots: Dict[str, Optional[Goal]] = {}
         self._waiting: Deque[Goal] = deque()
 
@@ -212,6 +217,7 @@ class Goals:
             {slot: None if goal is None else goal.id for slot, goal in self._slots.items()},
             tuple(goal.id for goal in self._waiting),
             self.some_ended,
+            self.alone,
         )
 
     def restore(self, saved: GoalsSnapshot, client: Callable[[str], GoalClient]) -> Dict[str, Goal]:
@@ -232,6 +238,7 @@ class Goals:
         self._slots = {slot: None if key is None else goals[key] for slot, key in slots}
         self._waiting = deque(goals[key] for key in saved.waiting)
         self.some_ended = saved.some_ended
+        self.alone = saved.alone
         return goals
 
     def set_slots(self, slots: Iterable[str], *, keep: bool = False) -> None:
@@ -352,11 +359,23 @@ class Goals:
         """Whether a goal waits for a slot that becomes free with the next step."""
         return self.waiting and not self.has_free_slot() and self.has_free_slot(next_step=True)
 
+    def queue_first(self, goals: Sequence[Goal]) -> None:
+        """Puts goals without a slot in front of the queue, from where they are placed one by one.
+
+        Args:
+            goals: The goals, in their order.
+        """
+        self._waiting.extendleft(reversed(goals))
+        self.alone = len(goals)
+
     def place(self) -> List[Tuple[str, Goal]]:
-        """Gives the free slots to the goals that are first in the queue, and returns these."""
-        placed = []
+        """Gives the free slots to the goals that are first in the queue, and returns these.
+
+        As long as some are placed alone, that is one goal.
+        """
+        placed: List[Tuple[str, Goal]] = []
         for slot in self._slots:
-            while self._slots[slot] is None and self._waiting:
+            while self._slots[slot] is None and self._waiting and not (placed and self.alone):
                 goal = self._waiting.popleft()
                 if goal.place(slot):
                     self._slots[slot] = goal

@@ -1,0 +1,91 @@
+"""A planner in this process runs out of memory, really: the goal that is the cause ends alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from short_of_memory import ENCODING, LARGE
+
+from rosoclingo.desk.parts import SINGLE
+
+MODES = ["dynamic.incremental.dyn_reset", "dynamic.incremental.recording", SINGLE]
+
+
+def child(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *arguments],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize(
+    ("mode", "megabytes", "kind"),
+    [(mode, 40, kind) for mode in MODES for kind in ("together", "meanwhile")]  # to ground
+    + [(mode, 300, "alone") for mode in (MODES[0], SINGLE)],  # to search
+)
+def test_the_goal_that_asks_for_too_much_ends_alone(mode: str, megabytes: int, kind: str) -> None:
+    """Those that were told with it, or that a robot is busy with, go on, and later ones, too."""
+    script = str(Path(__file__).with_name("short_of_memory.py"))
+    ended = child(script, mode, str(megabytes), kind)
+    assert ended.returncode == 0, ended.stderr
+    goals, published, error = json.loads(ended.stdout)
+    assert error is None
+    for request, words, reason in goals:
+        if request == LARGE:
+            assert words in (["rejected"], ["accepted", "aborted"])
+            assert "out of memory" in reason
+            assert " MB" in reason
+        else:
+            assert words == ["accepted", "succeeded"], (request, reason)
+    done = [action for robot, action in published if robot == "r2"]
+    assert done == (["go(2)"] if kind == "alone" else ["go(2)", "go(3)", "go(2)"])
+
+
+_ENGINE = f"""
+import resource, threading
+from rosclingo.errors import OutOfMemoryError
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire import commands as wire
+
+engine = Engine(Options(({str(ENCODING)!r},)))
+engine.run([wire.Ground((wire.Part("base"),))])
+
+def step():
+    try:
+        engine.run([wire.Ground((wire.Part("transition", ("3",)),))])
+    except OutOfMemoryError as err:
+        print("1", err)
+
+pages = int(open("/proc/self/statm").read().split()[0])
+limit = pages * resource.getpagesize() + 50 * 2**20
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+thread = threading.Thread(target=step)  # in which clingo has thrown nothing before
+thread.start()
+thread.join()
+try:
+    engine.run([wire.GetExternals()])
+except OutOfMemoryError as err:
+    print("2", err)
+reply = engine.run([wire.Restart(), wire.Ground((wire.Part("base"),))])
+print("3", reply.failure, engine.solve().result)
+"""
+
+
+@pytest.mark.costly
+def test_an_engine_is_refused_until_it_is_restarted() -> None:
+    ended = child("-c", _ENGINE)
+    assert ended.returncode == 0, ended.stderr
+    first, second, third = ended.stdout.splitlines()
+    assert first.startswith("1 out of memory while grounding (the process is limited to ")
+    assert second.endswith("begin with a restart")
+    assert third == "3 None Result.SAT"
