@@ -22,10 +22,12 @@ from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
 from rosoclingo.loop.journal import BeliefsChanged
 from rosoclingo.loop.values.atoms import Plan
 from rosoclingo.loop.values.beliefs import Beliefs, Evidence, Observation
+from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.loop.values.snapshot import decode, encode
 from rosoclingo.store.store import Store
 
 MAILBOT = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot"
+ENCODING = MAILBOT / "mailbot_causes.lp"
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 SQUARE = """
 #include "{encoding}".
@@ -145,12 +147,13 @@ def test_the_story_tells_what_is_believed_when_that_is_another_cause(square: str
     run.request(REQUEST)
     assert run.run() is None
     lines: List[str] = []
-    story = RunStory(lines.append)
+    story = RunStory(lines.append, phrases=lambda: TermPhrases.read([ENCODING.read_text()]))
     for entry in run.journal:
         story.hear(entry)
     told = [line.strip() for line in lines if "believed" in line]
     assert told[:2] == [
-        "believed to be so: passing(a,b,1)", "believed to be so: blocked(a,b,1)",
+        "believed: something was in the way between a and b for a moment",
+        "believed: something stands between a and b",
     ]  # fmt: skip
     assert len(told) == len(set(told)) <= 3
 

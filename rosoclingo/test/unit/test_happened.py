@@ -35,12 +35,14 @@ PHRASES = TermPhrases((
     ("flat(R)", "the battery of R is flat"),
     ("jam(W)", "W is full"),
     ("place(R)", "the place of R"),
+    ("observed(sight(R,V),elsewhere)", "R was not at V"),
 ))  # fmt: skip
 SEEN = ("observes(d,failure,1)", "is_about(d,1,r,go(b))")
 LATER = ("observes(e,success,2)", "is_about(e,2,r,go(a))")
 FLAT = ("speaks_for(flat(r),d,1)", "speaks_against(flat(r),e,2,failure)")
 FULL = ("belief(3,3,jam(b))", "speaks_for(jam(b),d,1)")
 PLACE = ("observes(place(r),a,2)", "speaks_against(flat(r),place(r),2,none)")
+SIGHT = ("observes(sight(r,a),a,2)", "speaks_against(flat(r),sight(r,a),2,elsewhere)")
 SHUT = ("belief(1,2,shut(b,1))", "speaks_for(shut(b,1),d,1)", "certain(shut(b,1))")
 FAILED = "go(b) of r failed in step 1"
 PROBABLY = f"{FAILED}, probably because the door of b is shut"
@@ -88,6 +90,11 @@ DONE = told("go(b) failure", "go(a) success", "lift busy", "wait")
             (*SEEN, *SHUT, FLAT[0], *PLACE),
             f"{PROBABLY}; it may also be that the battery of r is flat, but then none would have "
             "been observed of the place of r.",
+        ),
+        (
+            (*SEEN, *SHUT, FLAT[0], *SIGHT),
+            f"{PROBABLY}; it may also be that the battery of r is flat, but then it would have "
+            "been observed that r was not at a.",
         ),
         ((*SHUT, "observes(d,failure,1)"), f"{FAILED}; no cause of that is believed."),
     ],

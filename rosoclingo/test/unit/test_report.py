@@ -25,7 +25,7 @@ from rosoclingo.bags.report.rows import COLOURS, LEGEND, Bar, Lane
 from rosoclingo.bags.report.run import Statistics
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.drawing.holds import OperatorDecisions
-from rosoclingo.launched.about import Launched
+from rosoclingo.launched.about import LOOP_NODE, SOLVER_NODE, Launched
 
 HOSTILE = "</script><img src=x onerror=alert(1)><!--<script>&lt;\u2028'\"@SCRIPT@"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -250,6 +250,13 @@ def test_what_an_operator_held_is_a_lane(tmp_path: Path) -> None:
     assert_drawn(tmp_path, "hold", compute(recording), journal.compute())
 
 
+PHRASES = """
+#program phrases. phrase("shut(W)", "the door of W is shut").
+phrase("flat", "the battery is flat"). phrase("go(W)", "go to W").
+phrase("observed(e,success)", "the bell rang").
+"""
+
+
 @pytest.mark.costly
 def test_beliefs_are_a_lane_and_a_table(tmp_path: Path) -> None:
     seen = ("observes(d,failure,1)", "is_about(d,1,r,go(b))", "observes(e,success,2)")
@@ -271,7 +278,14 @@ def test_beliefs_are_a_lane_and_a_table(tmp_path: Path) -> None:
     (lane,) = (one for one in found["lanes"] if one["name"] == "believed")
     assert [bar[:3] for bar in lane["bars"]] == [[0, 1, 3], [1, 3, 4], [2, 5, 6]]
     other = Journal().add("belief", details=(*seen, *shut, *flat)).compute()
-    assert [one.others for one in other.beliefs] == ["flat (3)"]
+    assert [one.others for one in other.beliefs] == ["flat (nearly as likely)"]
+    planner = Launched("/planner", SOLVER_NODE, files={"/a.lp": PHRASES})
+    loop = Launched("/rosoclingo", LOOP_NODE, solvers={"planner": "/planner"})
+    programs = {"/planner": planner, "/rosoclingo": loop}
+    recorded = replace(journal.recording(), name="/rosoclingo", programs=programs)
+    (first, *_) = compute(recorded).beliefs
+    assert (first.name, first.speaks_for) == ("the door of b is shut", "r could not go to b")
+    assert first.speaks_against == "the battery is flat: the bell rang"
     assert_drawn(tmp_path, "belief", journal.compute(), Journal().goal("g", "x").compute())
 
 

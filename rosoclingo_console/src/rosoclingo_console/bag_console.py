@@ -7,13 +7,12 @@ import signal
 import sys
 import threading
 from pathlib import Path
-from typing import List, NoReturn, Optional
+from typing import List, NoReturn
 
 from rosclingo.errors import RosclingoError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.completion.encoding import KnownEncoding, read_encoding
-from rosoclingo.launched.about import SOLVER_NODE
 from rosoclingo_console.model.playback import Playback
 from rosoclingo_console.web.access import LOCALHOST, Access, new_token
 from rosoclingo_console.web.player import Player
@@ -65,10 +64,8 @@ def _parse(arguments: List[str]) -> argparse.Namespace:
 
 def _encoding(recording: Recording) -> KnownEncoding:
     """Returns what the planner's encoding says, as far as the bag has it and it is understood."""
-    loop = recording.programs.get(recording.name)
-    name: Optional[str] = loop.solvers.get("planner", loop.node) if loop is not None else None
-    planner = recording.programs.get(name or "")
-    if planner is None or (loop is not None and loop.solvers and planner.program != SOLVER_NODE):
+    planner = recording.planner
+    if planner is None:
         return KnownEncoding()
     try:
         return read_encoding(planner)

@@ -440,8 +440,8 @@ def test_all_can_use_it(browser: Browser, shown: Shown, size: object, scheme: st
     shown.believe(*SHUT, "belief(2,3,flat)", "speaks_for(full,d,1)", "speaks_against(full,d,2,x)")
     for text, css in (("shut", ".badge.warn"), ("flat", ".badge.quiet"), ("full", ".badge.quiet")):
         browser.sees(text, "#beliefs li:has(" + css + ")")
-    browser.sees("surprise 2 · for it: r: go(4) failure", "#beliefs li small")
-    browser.sees("believed to be so: shut", "#lines li.belief")
+    browser.sees("for it: r: go(4) failure", "#beliefs li small")
+    browser.sees("believed: shut", "#lines li.belief")
     assert violations(browser) == ""
     wide = "return document.scrollingElement.scrollWidth - document.documentElement.clientWidth"
     assert browser.run(wide) <= 0

@@ -12,6 +12,7 @@ from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Event, Status
+from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.model.metrics import METRICS, exposition
 from rosoclingo_console.model.sentences import tell
@@ -419,6 +420,35 @@ def test_beliefs(run: Run) -> None:
     run.hear(journal.BeliefsChanged(()))
     run.look()
     assert not run.shown["beliefs"]
+
+
+WORDS = TermPhrases((
+    ("shut(W)", "the door of W is shut"), ("full(W)", "W is full"), ("go(W)", "go to W"),
+    ("observed(bell(W),no)", "the bell of W did not ring"),
+))  # fmt: skip
+
+
+@pytest.mark.parametrize("is_late", [False, True])
+def test_beliefs_are_told_in_the_words_of_the_encoding(run: Run, is_late: bool) -> None:
+    """Also where the encoding is known later than the journal."""
+    if not is_late:
+        run.model.set_encoding(KnownEncoding(phrases=WORDS))
+    run.hear(journal.BeliefsChanged((
+        "observes(d,failure,1)", "is_about(d,1,r,go(b))", "observes(bell(b),no,2)",
+        "belief(1,2,shut(b))", "speaks_for(shut(b),d,1)", "speaks_against(full(b),bell(b),2,yes)",
+        "belief(2,3,full(b))", "speaks_for(full(b),d,1)",
+    )))  # fmt: skip
+    run.look()
+    if is_late:
+        assert run.lines[-1]["text"] == "believed: shut(b)"
+        run.model.set_encoding(KnownEncoding(phrases=WORDS))
+    run.look()
+    best, other = run.row("beliefs", "1"), run.row("beliefs", "2")
+    assert (best["causes"], best["likelihood"]) == (["the door of b is shut"], "")
+    assert best["speaks_for"] == ["r could not go to b"]
+    assert (other["causes"], other["likelihood"]) == (["b is full"], "nearly as likely")
+    assert other["speaks_against"] == ["the bell of b did not ring"]
+    assert [line["text"] for line in run.lines] == ["believed: the door of b is shut"]
 
 
 ALL_EVENTS = (

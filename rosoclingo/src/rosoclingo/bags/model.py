@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Mapping, Tuple
+from typing import Mapping, Optional, Tuple
 
 from rosoclingo.drawing.holds import HoldHistory, HoldSpan, OperatorDecisions
-from rosoclingo.launched.about import Launched
+from rosoclingo.launched.about import SOLVER_NODE, Launched
 from rosoclingo.loop.journal import Entry
 
 
@@ -50,6 +50,15 @@ class Recording:
     has_journal: bool = True
     held: Tuple[Tuple[float, OperatorDecisions], ...] = ()
     feedback: Tuple[FeedbackLine, ...] = ()
+
+    @property
+    def planner(self) -> Optional[Launched]:
+        """How the node with the planner's encoding was started; None if the bag does not say."""
+        loop = self.programs.get(self.name)
+        if loop is None or not loop.solvers:
+            return loop
+        planner = self.programs.get(loop.solvers.get("planner", ""))
+        return planner if planner is not None and planner.program == SOLVER_NODE else None
 
     @property
     def hold_spans(self) -> Tuple[HoldSpan, ...]:

@@ -11,7 +11,7 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Dict, Mapping, Optional, Sequence, Tuple
 
@@ -20,6 +20,7 @@ from rosoclingo.drawing.graph import Graph
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.folder import Folder
 from rosoclingo.launched.unpack import unpack
+from rosoclingo.loop.values.phrases import NO_PHRASES, TermPhrases
 
 _COMMAND = (sys.executable, "-m", "rosoclingo.completion.grounding")
 _SCRIPT = "#script"
@@ -45,12 +46,14 @@ class KnownEncoding:
         messages: The first of the messages that it knows, as ``SOURCE:VALUE``, sorted; answers of
             actuators are none.
         answers: For each actuator, what it may answer.
+        phrases: Its words for terms.
     """
 
     requests: Tuple[str, ...] = ()
     graph: Optional[Graph] = None
     messages: Tuple[str, ...] = ()
     answers: Mapping[str, Tuple[str, ...]] = field(default_factory=dict)
+    phrases: TermPhrases = NO_PHRASES
 
 
 def read_encoding(launched: Launched) -> KnownEncoding:
@@ -66,7 +69,8 @@ def read_encoding(launched: Launched) -> KnownEncoding:
     folder = Folder()
     try:
         arguments, directory = unpack(launched, folder.path)
-        return _run(launched.node, arguments, directory)
+        known = _run(launched.node, arguments, directory)
+        return replace(known, phrases=TermPhrases.read(launched.files.values()))
     finally:
         folder.remove()
 

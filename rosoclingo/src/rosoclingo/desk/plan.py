@@ -10,10 +10,12 @@ import contextlib
 import json
 import signal
 import sys
+from functools import lru_cache
 from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.engine import Engine
+from rosclingo.solver.programs import parse_files
 from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.outcome import DROPPED, ShownPlan, current_plan, reasons, refused, unreached
@@ -30,6 +32,7 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.diagnosis import ELSEWHERE, NO_PLAN
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.ids import GOAL
+from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.loop.values.snapshot import encode
 from rosoclingo.profile.text import Profile
 from rosoclingo.why.question import WhyAnswer
@@ -119,6 +122,10 @@ def _cut_off(chosen: argparse.Namespace, desk: Desk) -> str:
     )
 
 
+def _phrases(chosen: argparse.Namespace) -> TermPhrases:
+    return TermPhrases.read(parse_files(chosen.options.files).texts.values())
+
+
 def _place(desk: Desk, profiler: Optional[Profiler]) -> str:
     """Says how far the loop is, and what the planner does."""
     doing = profiler.trace.doing if profiler else ""
@@ -137,7 +144,11 @@ class Desk(DeskSimulation):
         self.plan: Optional[ShownPlan] = None
         self._chosen = chosen
         self._is_shown = False
-        self._story = RunStory(lambda line: _print(self.in_short(line)), commands=chosen.commands)
+        self._story = RunStory(
+            lambda line: _print(self.in_short(line)),
+            commands=chosen.commands,
+            phrases=lru_cache(maxsize=1)(lambda: _phrases(chosen)),
+        )
         super().__init__(make, **simulated(chosen))
 
     def turn(self) -> bool:

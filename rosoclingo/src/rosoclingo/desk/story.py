@@ -10,27 +10,36 @@ step 1 of 2, at 0 s
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List, Mapping, Set, Tuple
+from typing import Any, Callable, Dict, List, Mapping, Set
 
 from rosclingo.wire.commands import Result
 from rosoclingo.bags.report.changes import Planned, after_reset, change, planned
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Status
-from rosoclingo.loop.values.beliefs import Beliefs
+from rosoclingo.loop.values.beliefs import Beliefs, causes_in_words
+from rosoclingo.loop.values.phrases import TermPhrases
 
 
 class RunStory:
     """Narrates a run line by line, from its journal in order."""
 
-    def __init__(self, say: Callable[[str], None], *, commands: bool = False) -> None:
+    def __init__(
+        self,
+        say: Callable[[str], None],
+        *,
+        commands: bool = False,
+        phrases: Callable[[], TermPhrases] = TermPhrases,
+    ) -> None:
         """Prepares a narration.
 
         Args:
             say: Called with each line.
             commands: Whether each command of the controller is told, too.
+            phrases: Returns what causes are called; asked when something is believed.
         """
         self._say = say
         self._commands = commands
+        self._phrases = phrases
         self._count = 0  # commands
         self._step = 0
         self._elapsed = 0  # steps, which a reset does not number anew
@@ -39,7 +48,7 @@ class RunStory:
         self._is_better = False  # the plan that is found next
         self._plan: Planned = {}
         self._acting: Set[str] = set()
-        self._believed: Tuple[str, ...] = ()
+        self._believed = ""
         self._requests: Dict[str, str] = {}
         self._recalled: Dict[str, journal.StatusSet] = {}  # before the loop has taken the goal
         self._tellers: Mapping[type, Callable[[Entry, Any], List[str]]] = {
@@ -100,11 +109,11 @@ class RunStory:
         return [f"{event.source} answers {event.value}, at {entry.seconds:g} s"]
 
     def _on_beliefs(self, _: Entry, event: journal.BeliefsChanged) -> List[str]:
-        believed = Beliefs.read(event.terms).believed
-        if believed == self._believed:
+        words = ", ".join(causes_in_words(Beliefs.read(event.terms).believed, self._phrases()))
+        if words == self._believed:
             return []
-        self._believed = believed
-        return [f"believed to be so: {', '.join(believed)}" if believed else "nothing is believed"]
+        self._believed = words
+        return [f"believed: {words}" if words else "nothing is believed any more"]
 
     def _on_command(self, _: Entry, event: journal.CommandDone) -> List[str]:
         self._count += 1

@@ -20,7 +20,13 @@ from typing import Dict, Iterable, List, Optional, Tuple
 
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.loop.values.atoms import canonical
-from rosoclingo.loop.values.beliefs import Beliefs, Evidence, Observation
+from rosoclingo.loop.values.beliefs import (
+    Beliefs,
+    Evidence,
+    Observation,
+    causes_in_words,
+    clause,
+)
 from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.loop.words import FAILURE, SUCCESS
 from rosoclingo.why.answers import Happened
@@ -134,10 +140,13 @@ class _Teller:
         )  # fmt: skip
 
     def _words(self, causes: Iterable[str]) -> List[str]:
-        return list(dict.fromkeys(self._phrases.of(cause) for cause in causes))
+        return causes_in_words(causes, self._phrases)
 
     def _would(self, other: Observation, what: str) -> str:
         """Returns a clause that says what would have been observed."""
+        said = clause(other, what, self._phrases)
+        if said is not None:
+            return f"it would have been observed that {said}"
         whose = self._beliefs.about.get(other)
         if whose is None:
             return f"{what} would have been observed of {self._phrases.of(other.of)}"

@@ -11,7 +11,8 @@ from __future__ import annotations
 from typing import Dict, Sequence
 
 from rosoclingo.drawing.believed import BeliefHistory, opposing, supporting
-from rosoclingo.loop.values.beliefs import Beliefs
+from rosoclingo.loop.values.beliefs import Beliefs, causes_in_words
+from rosoclingo.loop.values.phrases import NO_PHRASES, TermPhrases
 from rosoclingo_console.model.board import Row
 
 _MOST_ROWS = 50
@@ -30,6 +31,13 @@ class BeliefTable:
         """Begins, with nothing believed."""
         self.rows: Dict[str, Row] = {}
         self._history = BeliefHistory()
+        self._terms: Sequence[str] = ()
+        self._phrases = NO_PHRASES
+
+    def set_phrases(self, phrases: TermPhrases) -> None:
+        """Sets what causes and observations are called, from now on."""
+        self._phrases = phrases
+        self._make_rows()
 
     def change(self, terms: Sequence[str], time: float, step: int) -> None:
         """Takes an event of the journal.
@@ -41,22 +49,28 @@ class BeliefTable:
         """
         self._history.add(time, step, terms)
         del self._history.spans[:-1]
+        self._terms = terms
+        self._make_rows()
+
+    def _make_rows(self) -> None:
+        phrases = self._phrases
         believed = [span.began for span in self._history.spans if span.ended is None]
         since = believed[0] if believed else None
-        beliefs = Beliefs.read(terms)
+        beliefs = Beliefs.read(self._terms)
         explaining = {cause for one in beliefs.explanations for cause in one.causes}
         found = [(one.weight, list(one.causes)) for one in beliefs.explanations]
         others = [(None, [cause]) for cause in beliefs.causes if cause not in explaining]
         self.rows = {
             str(place): {
                 "weight": weight,
-                "causes": causes,
+                "causes": causes_in_words(causes, phrases),
+                "likelihood": ("" if weight is None or place == 1 else beliefs.likelihood(weight)),
                 "is_certain": place == 1 and beliefs.certain.issuperset(causes),
                 "since": since if place == 1 and explaining else None,
-                "speaks_for": supporting(beliefs, causes)[-_MOST_OBSERVATIONS:],
-                "speaks_against": [one for cause in causes for one in opposing(beliefs, cause)][
-                    -_MOST_OBSERVATIONS:
-                ],
+                "speaks_for": supporting(beliefs, causes, phrases)[-_MOST_OBSERVATIONS:],
+                "speaks_against": [
+                    one for cause in causes for one in opposing(beliefs, cause, phrases)
+                ][-_MOST_OBSERVATIONS:],
             }
             for place, (weight, causes) in enumerate([*found, *others][:_MOST_ROWS], 1)
         }

@@ -13,7 +13,8 @@ from typing import Any, Callable, Mapping, Tuple
 from rosclingo.errors import shorten
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Status
-from rosoclingo.loop.values.beliefs import Beliefs
+from rosoclingo.loop.values.beliefs import Beliefs, causes_in_words
+from rosoclingo.loop.values.phrases import NO_PHRASES, TermPhrases
 
 _LONGEST = 300  # characters of a line
 _ENDS = {
@@ -24,12 +25,19 @@ _ENDS = {
     Status.ABORTED: "is aborted",
 }
 
+BELIEF = "belief"
+"""The kind of the lines about beliefs."""
+
 RequestsByGoal = Mapping[str, str]
 """The requests of goals that are known, by the goals' ids."""
 
 
-def tell(event: journal.Event, requests: RequestsByGoal) -> Tuple[str, str]:
+def tell(
+    event: journal.Event, requests: RequestsByGoal, phrases: TermPhrases = NO_PHRASES
+) -> Tuple[str, str]:
     """Returns the kind of a line, by which lines are filtered, and the line."""
+    if isinstance(event, journal.BeliefsChanged):
+        return BELIEF, shorten(_believed(event, phrases), _LONGEST)
     kind, words = _TELLERS.get(type(event), ("other", _unknown))
     return kind, shorten(words(event, requests), _LONGEST)
 
@@ -62,9 +70,9 @@ def _plan(event: journal.PlanFound, _: RequestsByGoal) -> str:
     return f"a plan with {count} from now on{best}{cost}"
 
 
-def _believed(event: journal.BeliefsChanged, _: RequestsByGoal) -> str:
-    causes = Beliefs.read(event.terms).believed
-    return f"believed to be so: {', '.join(causes)}" if causes else "nothing is believed"
+def _believed(event: journal.BeliefsChanged, phrases: TermPhrases) -> str:
+    causes = causes_in_words(Beliefs.read(event.terms).believed, phrases)
+    return f"believed: {', '.join(causes)}" if causes else "nothing is believed any more"
 
 
 def _retried(event: journal.ActionRetried, _: RequestsByGoal) -> str:
@@ -101,7 +109,6 @@ _TELLERS: Mapping[type, Tuple[str, Callable[[Any, RequestsByGoal], str]]] = {
     journal.ControlArrived: ("operator", _control),
     journal.CommandDone: ("command", _command),
     journal.PlanFound: ("plan", _plan),
-    journal.BeliefsChanged: ("belief", _believed),
     journal.SearchEnded: ("command", lambda e, _: f"a search has ended: {e.how.value}"),
     journal.ActionPublished: ("action", lambda e, _: f"{e.actuator}: {e.action}"),
     journal.ActionWithdrawn: ("action", lambda e, _: f"withdrawn: {e.actuator} {e.action}"),

@@ -41,6 +41,7 @@ class SystemModel:
         self._board = Board()
         self._lines: Deque[Row] = deque(maxlen=_MOST_LINES)
         self._new_lines: Deque[Row] = deque(maxlen=_MOST_NEW_LINES)
+        self._believed: Dict[int, journal.BeliefsChanged] = {}  # by the numbers of their lines
         self._is_new_run = True
         self._map = MapTable()
         self._holds = HoldHistory(_MOST_HOLDS)
@@ -58,6 +59,7 @@ class SystemModel:
         self.actuators.set_encoding(self._encoding)
         self.messages = MessageTable()
         self._beliefs = BeliefTable()
+        self._beliefs.set_phrases(self._encoding.phrases)
         self._counters = Counters()
         self._last: Optional[Entry] = None
         self._works = False
@@ -97,11 +99,15 @@ class SystemModel:
         self._last = record
         self._counters.count(record.event)
         self._follow(record)
-        kind, text = tell(record.event, self.goals.requests)
+        kind, text = tell(record.event, self.goals.requests, self._encoding.phrases)
         line = {
             "number": record.number, "time": round(record.seconds, _DIGITS), "step": record.step,
             "kind": kind, "text": text,
         }  # fmt: skip
+        if isinstance(record.event, journal.BeliefsChanged):
+            self._believed[record.number] = record.event
+        if len(self._lines) == _MOST_LINES:
+            self._believed.pop(self._lines[0]["number"], None)
         self._lines.append(line)
         self._new_lines.append(line)
 
@@ -112,6 +118,7 @@ class SystemModel:
         # They are latched, and may have come before the journal.
         self.actuators.plan, self.actuators.decisions = plan, decisions
         self._lines.clear()
+        self._believed.clear()
         self._new_lines.clear()
         self._is_new_run = True
 
@@ -181,8 +188,20 @@ class SystemModel:
             "messages": list(encoding.messages[:_MOST_KNOWN]),
         }
         self._map.set_graph(encoding.graph)
-        self._encoding = encoding
+        before, self._encoding = self._encoding, encoding
         self.actuators.set_encoding(encoding)
+        if before.phrases != encoding.phrases:
+            self._beliefs.set_phrases(encoding.phrases)
+            self._tell_beliefs_again()
+
+    def _tell_beliefs_again(self) -> None:
+        """Tells the lines about beliefs in other words; pages get all lines again."""
+        for place, line in enumerate(self._lines):
+            event = self._believed.get(line["number"])
+            if event is not None:
+                text = tell(event, self.goals.requests, self._encoding.phrases)[1]
+                self._lines[place] = {**line, "text": text}
+                self._is_new_run = True
 
     def set_recording(self, file: str) -> None:
         """It is recorded in a bag; an empty text if it is not."""

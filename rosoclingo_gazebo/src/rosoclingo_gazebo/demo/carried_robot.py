@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Callable, Dict, List, Tuple
 
 from rosoclingo.loop.journal import BeliefsChanged, MessageArrived, Record
-from rosoclingo.loop.values.beliefs import Beliefs
+from rosoclingo.loop.values.beliefs import Beliefs, causes_in_words
+from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.loop.words import INFO, SUCCESS
 from rosoclingo_aspprograms.validator import arguments
 from rosoclingo_examples.orders import Bring
@@ -27,13 +28,15 @@ class CarriedRobot(DemoStory):
 
     title = f"the robot is carried from {_BEGIN} to {_END}, and finds out"
 
-    def __init__(self, ask: Callable[[Bring], None]) -> None:
+    def __init__(self, ask: Callable[[Bring], None], phrases: TermPhrases) -> None:
         """Starts before the first event.
 
         Args:
             ask: Sends a request; must not wait.
+            phrases: What causes are called.
         """
         super().__init__((PRESENT,), ask)
+        self._phrases = phrases
         self._places: Dict[str, TracePoint] = {}
         self._carried: List[TracePoint] = []  # where it came to, each time
         self._seen: List[Tuple[str, float]] = []  # where it found itself, and how far from there
@@ -78,7 +81,8 @@ class CarriedRobot(DemoStory):
             self._handed.append(self.trace.distance(self._places["o14"]))
 
     def _believe(self, causes: Tuple[str, ...]) -> None:
-        print(f"  it believes: {', '.join(causes) or 'nothing any more'}", flush=True)
+        words = ", ".join(causes_in_words(causes, self._phrases))
+        print(f"  it believes: {words or 'nothing any more'}", flush=True)
         self._believed |= any(arguments(one, "carried")[:1] == [DEMO_ROBOT] for one in causes)
 
     def wrong(self) -> List[str]:

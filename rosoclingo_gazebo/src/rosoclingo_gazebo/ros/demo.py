@@ -18,6 +18,7 @@ from std_msgs.msg import Bool
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.loop.journal import Record, decode
+from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.orders import Orders
@@ -63,7 +64,9 @@ class Demo:
         self._name = str(rospy.get_param("~story", _OBSTACLE))
         self.story: DemoStory
         if self._name == _CARRIED:
-            self.story = CarriedRobot(self._client.send)
+            encoding = programs / "mailbot" / "mailbot_causes.lp"
+            phrases = TermPhrases.read([encoding.read_text(encoding="utf-8")])
+            self.story = CarriedRobot(self._client.send, phrases)
         elif self._name == _OBSTACLE:
             self.story = ThirdScenario(
                 graph, self._places["c6"], self._client.send, undisturbed=not self._seed

@@ -29,6 +29,7 @@ from rosoclingo.bags.text import compact
 from rosoclingo.drawing.believed import BeliefHistory
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry
+from rosoclingo.loop.values.phrases import NO_PHRASES, TermPhrases
 
 _RECENT = 1000  # a message is dropped soon after it has come
 
@@ -36,7 +37,9 @@ _RECENT = 1000  # a message is dropped soon after it has come
 def compute(recording: Recording) -> Statistics:
     """Computes the statistics of a recording."""
     entries = recording.entries
-    reading = _Reading()
+    planner = recording.planner
+    phrases = TermPhrases.read(planner.files.values()) if planner is not None else NO_PHRASES
+    reading = _Reading(phrases)
     for position, entry in enumerate(entries):
         reading.read(position, entry)
     seconds = [entry.seconds for entry in entries]
@@ -73,7 +76,7 @@ class _Taken(NamedTuple):
 class _Reading:
     """Reads a journal once, entry by entry."""
 
-    def __init__(self) -> None:
+    def __init__(self, phrases: TermPhrases) -> None:
         self.end = ""
         self.goals: Dict[str, GoalRun] = {}
         self.actions: List[ActionRun] = []
@@ -84,7 +87,7 @@ class _Reading:
         self.plans: List[int] = []  # their positions
         self.answers: List[AnswerRun] = []
         self.restarts: List[NodeRestart] = []
-        self.beliefs = BeliefHistory()
+        self.beliefs = BeliefHistory(phrases)
         self.changes: Dict[int, PlanChange] = {}  # without causes, by the numbers of the plans
         self._position = 0
         self._last = 0.0  # when the event before was

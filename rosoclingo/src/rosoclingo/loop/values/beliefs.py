@@ -18,9 +18,11 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Tuple
+from typing import Dict, FrozenSet, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 from rosclingo.wire.term_text import number, split_term
+from rosoclingo.loop.values.phrases import NO_PHRASES, TermPhrases
+from rosoclingo.loop.words import FAILURE, SUCCESS
 
 SHOWN = ("belief(", "observes(", "is_about(", "speaks_", "certain(", "unexplained(")
 """How the terms begin by which beliefs are shown."""
@@ -40,6 +42,7 @@ _ARITIES = {
     "belief": 3, "certain": 1, "observes": 3, "is_about": 4, "speaks_for": 3, "speaks_against": 4,
     "unexplained": 2,
 }  # fmt: skip
+_COULD = {SUCCESS: "could", FAILURE: "could not"}
 _NECESSARY = {("belief", 3), ("observes", 3), ("unexplained", 2)}
 
 
@@ -104,11 +107,27 @@ class Beliefs:
         explaining = (cause for one in self.explanations for cause in one.causes)
         return list(dict.fromkeys([*explaining, *self.evidence]))
 
-    def words(self, one: Observation) -> str:
-        """Returns an observation in a few words, such as ``mailbot: go(c6) failure``."""
+    def words(self, one: Observation, phrases: TermPhrases = NO_PHRASES) -> str:
+        """Returns an observation in a few words, such as ``mailbot could not go to c6``.
+
+        Without phrases, that is ``mailbot: go(c6) failure``.
+        """
         what = self.observed.get(one, "")
-        whose = self.about.get(one)
-        return f"{': '.join(whose)} {what}" if whose is not None else f"{one.of}: {what}"
+        said = clause(one, what, phrases)
+        if said is not None:
+            return said
+        if one not in self.about:
+            return f"{one.of}: {what}"
+        actuator, action = self.about[one]
+        deed = phrases.find(action)
+        if deed is None or what not in _COULD:
+            return f"{actuator}: {deed or action} {what}"
+        return f"{actuator} {_COULD[what]} {deed}"
+
+    def likelihood(self, weight: int) -> str:
+        """Returns in words how likely an explanation is, compared with the best one."""
+        is_best = not self.explanations or weight <= self.explanations[0].weight
+        return "as likely" if is_best else "nearly as likely"
 
     def terms(self, observations: Iterable[Observation]) -> List[str]:
         """Returns the terms by which an encoding shows some observations."""
@@ -153,6 +172,19 @@ class Beliefs:
             },
             tuple(sorted((_observation(*which) for which in said["unexplained"]), key=_place)),
         )
+
+
+def clause(one: Observation, what: str, phrases: TermPhrases) -> Optional[str]:
+    """Returns an encoding's words for what was, or would have been, observed; None for none.
+
+    They are those of the term ``observed(O,X)``.
+    """
+    return phrases.find(f"observed({one.of},{what})")
+
+
+def causes_in_words(causes: Iterable[str], phrases: TermPhrases) -> List[str]:
+    """Returns the words for causes; those that are called alike once."""
+    return list(dict.fromkeys(phrases.of(cause) for cause in causes))
 
 
 def _observation(of: str, moment: str) -> Observation:

@@ -77,6 +77,9 @@ class TermPhrases:
         return self.find(action) or f"do {action}"
 
 
+NO_PHRASES = TermPhrases()
+
+
 def _code(text: str) -> str:
     """Returns a text without comments; as it is if a script in it has other strings."""
     try:

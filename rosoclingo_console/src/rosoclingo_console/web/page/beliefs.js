@@ -14,7 +14,7 @@ function sign({ weight, since, is_certain: isCertain, speaks_against: against })
 /** Details of a belief, in short parts. */
 function facts(row) {
   const parts = [row.since !== null && `for ${lasted(now() - row.since)}`];
-  parts.push(row.weight !== null && `surprise ${row.weight}`);
+  parts.push(row.likelihood);
   parts.push(row.speaks_for.length && `for it: ${row.speaks_for.join(", ")}`);
   parts.push(row.speaks_against.length && `against it: ${row.speaks_against.join(", ")}`);
   return parts.filter(Boolean).join(" · ");
