@@ -8,12 +8,13 @@ from __future__ import annotations
 import os
 import signal
 from pathlib import Path
-from typing import Iterator
+from typing import Iterator, List
 
 import pytest
 from browser import PHONE, SCREEN, Browser, Shown, browsing, quoted, violations
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.remote.webelement import WebElement
 from terminals import Terminals, terminals, wait_for
 
 __all__ = ["terminals"]
@@ -32,6 +33,15 @@ HIDDEN = """const texts = [...document.querySelectorAll('#picture text')];
         at.right > frame.right + 1 || at.bottom > frame.bottom + 1;
     return all.flatMap(([a, at], i) => [...(leaves(at) ? [a] : []), ...all.slice(i + 1)
         .filter(([, other]) => meet(at, other)).map(([b]) => `${a} and ${b}`)])"""
+WIDER = "return document.scrollingElement.scrollWidth - document.documentElement.clientWidth"
+LEFT_OF_DRAWING = """const edge = document.getElementById('drawing').getBoundingClientRect().left;
+    return [...document.querySelectorAll('#drawing text')]
+        .filter((one) => one.getBoundingClientRect().left < edge).map((one) => one.textContent)"""
+PICTURE = "getComputedStyle(document.getElementById('picture'))"
+# Pixels between the run and what comes below it.
+EMPTY = """const at = (id) => document.getElementById(id).getBoundingClientRect();
+    const buttons = document.querySelector('#buttons').getBoundingClientRect();
+    return at('goals').top - buttons.bottom"""
 HEADER = 8192  # bytes: a bag of so many has messages
 HOSTILE = (
     '"<img src=x onerror=hacked=1><script>hacked=1</script>\' onclick=hacked=1 javascript:hacked=1"'
@@ -292,6 +302,68 @@ def test_a_reason_that_is_not_found_in_time(browser: Browser, shown: Shown) -> N
 
 
 @pytest.mark.costly
+def test_a_key_keeps_the_focus(browser: Browser, shown: Shown) -> None:
+    """Also where its button has no use any more, or is gone."""
+    shown.start_system("_ask_before:=go(2)")
+    browser.show(shown.start_console())
+    browser.sees("waits", "#systems")
+    pause = browser.driver.find_element(By.CSS_SELECTOR, "button.pause")
+    resume = browser.driver.find_element(By.CSS_SELECTOR, "button.resume")
+    wait_for(pause.is_enabled)
+    for button, words in ((pause, "The run is paused"), (resume, "Nothing needs attention")):
+        button.send_keys(Keys.ENTER)
+        browser.sees(words, "#attention")
+        assert browser.driver.switch_to.active_element == button
+        wait_for(lambda one=button: one.get_attribute("aria-disabled") == "true")
+        button.send_keys(Keys.ENTER)  # which does nothing now
+        browser.sees(words, "#attention")
+    browser.request("visit(3)")
+    (approve,) = until_seen(browser, "#actuators button", "Approve")
+    approve.send_keys(Keys.ENTER)
+    browser.sees("acts", "#actuators .badge")
+    assert browser.driver.switch_to.active_element.text == "Hold"
+    lines = "return [...document.querySelectorAll('#lines li')].map((one) => one.textContent)"
+    assert sum("the operator says: pause" in one for one in browser.run(lines)) == 1
+
+
+def until_seen(browser: Browser, css: str, words: str) -> List[WebElement]:
+    """Waits until there are some words, and returns the elements that have them."""
+    browser.sees(words, css)
+    return browser.find(css, words)
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize(
+    ("size", "scheme"), [(PHONE, "light"), (SCREEN, "dark")], ids=["phone", "screen"]
+)
+def test_a_fleet_with_long_names(browser: Browser, shown: Shown, size: object, scheme: str) -> None:
+    """Eleven robots leave no room empty, their names are not cut by an edge, the map is dark."""
+    media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
+    shown.start_fleet()
+    other = "a_system_with_quite_a_long_name_of_its_own_that_never_comes/rosoclingo"
+    browser.show(shown.start_console(f"_systems:=rosoclingo {other}"), size)
+    browser.sees("waits", "#systems")
+    robots = [f"robot_of_the_second_floor_west_wing(number({i}))" for i in range(10, 21)]
+    action = "carry(parcel_of_the_reception_desk,to(laboratory_of_the_west_wing))"
+    plan = ", ".join(f"'do({robot},{action},{step})'" for step in (1, 2) for robot in robots)
+    text = f"{{step: 1, horizon: 9, actions: [{plan}]}}"
+    shown.terminals.publish("/rosoclingo/plan", "rosoclingo/ROSoClingoPlan", text)
+    browser.sees(robots[-1], "#actuators li")
+    browser.sees(robots[-1], "#plan li")
+    wait_for(lambda: browser.run("return document.querySelectorAll('#picture text').length") > 10)
+    wait_for(lambda: browser.run("return document.querySelectorAll('#drawing text').length") >= 11)
+    assert browser.run(WIDER) <= 0
+    assert browser.run(LEFT_OF_DRAWING) == []
+    for css in ("#plan button", "#actuators button"):
+        assert {one.size["height"] < 60 for one in browser.find(css)} == {True}
+    assert violations(browser) == ""
+    if scheme == "dark":
+        assert browser.run(f"return {PICTURE}.filter").startswith("invert(1)")
+        assert browser.run(EMPTY) < 200
+
+
+@pytest.mark.costly
 def test_completion_and_the_form_by_keyboard(browser: Browser, shown: Shown) -> None:
     shown.start_system()
     shown.start_robot()
@@ -443,7 +515,6 @@ def test_all_can_use_it(browser: Browser, shown: Shown, size: object, scheme: st
     browser.sees("for it: r: go(4) failure", "#beliefs li small")
     browser.sees("believed: shut", "#lines li.belief")
     assert violations(browser) == ""
-    wide = "return document.scrollingElement.scrollWidth - document.documentElement.clientWidth"
-    assert browser.run(wide) <= 0
+    assert browser.run(WIDER) <= 0
     beside = "return document.body.clientWidth - document.getElementById('goals').offsetWidth"
     assert browser.run(beside) < 50  # pixels: there is no map beside them

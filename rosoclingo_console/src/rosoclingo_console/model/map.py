@@ -40,6 +40,7 @@ class MapTable:
         for event in kept:
             self.hear(event)
         self.set_plan(self._plan)
+        self._rows = None  # also where the plan is none that can be drawn
 
     def forget_run(self) -> None:
         """Another run begins, maybe with another map."""

@@ -49,3 +49,12 @@ export function cut(text, width) {
   const most = Math.max(0, Math.floor(width / LETTER));
   return text.length <= most ? text : `${text.slice(0, most - 1)}…`;
 }
+
+/** Cuts a text of a drawing to a width in pixels, by the widths of its own letters. */
+export function cutAsDrawn(text, width) {
+  const whole = text.textContent;
+  for (let most = whole.length; most && text.getComputedTextLength() > width; ) {
+    most = Math.min(most - 1, Math.floor((most * width) / text.getComputedTextLength()));
+    text.textContent = `${whole.slice(0, most)}…`;
+  }
+}

@@ -1,7 +1,7 @@
 // Lanes of bars over time, with an axis above: the time lines of console.py and report.py. A page has a colour for each
 // kind of bars: --success is that of success.
 
-import { clear, cut, shape } from "./elements.js";
+import { clear, cut, cutAsDrawn, shape } from "./elements.js";
 
 const AXIS = 18; // height, in pixels
 const TICKS = 70; // pixels between two, at least
@@ -138,7 +138,7 @@ export function drawLanes(axis, drawing, lanes, view) {
     shape(axis, "text", { x: x(t), y: AXIS / 2, class: "middle time" }, clock(t, unit));
   }
   lanes.forEach((lane, i) => {
-    shape(drawing, "text", { x: labels - 8, y: (i + 0.5) * row, class: "end" }, cut(lane.name, labels - 8));
+    cutAsDrawn(shape(drawing, "text", { x: labels - 8, y: (i + 0.5) * row, class: "end" }, lane.name), labels - 8);
     drawLane(drawing, lane, i * row, row, view, x);
   });
   for (const { at, kind, text = "" } of seen) {

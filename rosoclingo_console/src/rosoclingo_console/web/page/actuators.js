@@ -2,7 +2,7 @@
 
 import { order } from "./ask.js";
 import { mayControl } from "./connection.js";
-import { badgePlace, careful, change, fillSection, make } from "./dom.js";
+import { allow, badgePlace, careful, change, fillSection, make } from "./dom.js";
 import { chosen, now, rowsOf, watch } from "./store.js";
 import { byName, lasted } from "./words.js";
 
@@ -61,14 +61,16 @@ function makeActuator() {
   made.update = (row) => {
     sign.say(...(STATES[row.state] ?? ["quiet", "…", row.state]));
     change(what, { text: does(row) });
+    const focused = document.activeElement;
     change(approve, { hidden: !["approval", "rejected"].includes(row.state) });
     change(reject, { hidden: !row.held });
+    if ([approve, reject].includes(focused) && focused.hidden) hold.focus();
     change(hold, { text: row.on_hold ? "Release" : "Hold" });
   };
   made.draw = () => {
     change(name, { text: made.key });
     change(small, { text: more(made.row) });
-    for (const button of [approve, reject, hold]) change(button, { disabled: !mayControl() });
+    for (const button of [approve, reject, hold]) allow(button, mayControl());
     change(approve, { "aria-label": `Approve ${made.row.held} of ${made.key}` });
     change(reject, { "aria-label": `Reject ${made.row.held} of ${made.key}` });
     change(hold, { "aria-label": `${made.row.on_hold ? "Release" : "Hold"} ${made.key}` });

@@ -2,10 +2,11 @@
 
 import { byId, make } from "./elements.js";
 import { drawLanes, sample } from "./lanes.js";
-import { chosen, now, rowsOf, watch } from "./store.js";
+import { chosen, now, rowsOf, state, watch } from "./store.js";
 import { byName, clock } from "./words.js";
 
 const LANE = 30; // pixels
+const LABELS = 170; // pixels of the names of actuators, at most
 const AHEAD = 0.4; // of the width, for what is planned
 const SLOWEST = 250; // ms between two drawings
 
@@ -77,22 +78,32 @@ function holdsOf(system, at) {
   return bars.length ? [{ name: "operator", bars, tell: (bar) => bar.text }] : [];
 }
 
-let drawnAt = 0;
+const TABLES = ["actuators", "bars", "holds", "means", "plan"];
+
+let drawnAt = 0,
+  drawn = { what: "", at: 0 };
 
 watch(() => {
   if (performance.now() - drawnAt < SLOWEST) return;
-  drawnAt = performance.now();
   const drawing = byId("drawing"),
-    names = [...rowsOf(chosen(), "actuators").keys()].sort(byName),
     at = now(),
-    lanes = lanesOf(chosen(), names, at),
-    past = Number(byId("span").value);
+    past = Number(byId("span").value),
+    width = Math.max(200, drawing.parentElement.clientWidth - 24),
+    system = chosen();
+  // Only what has changed, or has moved by a pixel, is drawn anew.
+  const changes = TABLES.map((name) => system?.changes[name]);
+  const what = [state.chosen, system?.count, past, width, ...changes].join(" ");
+  if (what === drawn.what && Math.abs(at - drawn.at) < (past / width) * (1 - AHEAD)) return;
+  drawn = { what, at };
+  drawnAt = performance.now();
+  const names = [...rowsOf(system, "actuators").keys()].sort(byName),
+    lanes = lanesOf(system, names, at);
   drawing.setAttribute("aria-label", `What ${names.join(", ") || "nobody"} did and will do; the lists have the same in words`);
   drawLanes(byId("axis"), drawing, lanes, {
     from: at - past,
     to: at + (past * AHEAD) / (1 - AHEAD),
-    width: Math.max(200, drawing.parentElement.clientWidth - 24),
-    labels: Math.min(110, 18 + 7 * Math.max(0, ...lanes.map(({ name }) => name.length))),
+    width,
+    labels: Math.min(LABELS, width / 4, 18 + 7 * Math.max(0, ...lanes.map(({ name }) => name.length))),
     row: LANE,
     clock,
     marks: [{ at, kind: "now", text: "now" }],

@@ -2,7 +2,7 @@
 
 import { order } from "./ask.js";
 import { mayAct, mayControl } from "./connection.js";
-import { byId, change, make } from "./dom.js";
+import { allow, byId, change, make } from "./dom.js";
 import { chosen, rowsOf, state, watch } from "./store.js";
 
 const STATES = {
@@ -10,7 +10,7 @@ const STATES = {
   works: "decides or plans",
   acts: "waits for answers",
   asks: "waits for an operator",
-  waits: "waits for something to come",
+  waits: "idle",
   ended: "has ended",
 };
 const BUTTONS = [
@@ -58,7 +58,7 @@ watch(() => {
   const run = rowsOf(chosen(), "run").get("run");
   for (const [control, button] of buttons) {
     const isUseful = control === "resume" ? run?.paused : control !== "pause" || !run?.paused;
-    change(button, { disabled: !mayControl() || !isUseful });
+    allow(button, mayControl() && isUseful);
   }
   const hint = state.hello?.read_only ? " (this console is read-only)" : "";
   const actuators = [...rowsOf(chosen(), "actuators").values()];
@@ -70,7 +70,8 @@ watch(() => {
   const cost = facts.get("Cost of the plan");
   change(cost, { text: run?.quality ?? "" });
   cost.parentElement.hidden = !run?.quality;
-  change(record, { disabled: !mayAct(), text: run?.recording ? "■ Stop recording" : "● Record" });
+  allow(record, mayAct());
+  change(record, { text: run?.recording ? "■ Stop recording" : "● Record" });
   change(record, { title: run?.recording ? "End the bag" : "Record the run from now on in a bag" });
   change(facts.get("Recording"), { text: run?.recording ?? "" });
   facts.get("Recording").parentElement.hidden = !run?.recording;

@@ -1,6 +1,6 @@
 // Lists that keep their elements, badges, and buttons that ask once more.
 
-import { byId, make } from "./elements.js";
+import { byId, change, make } from "./elements.js";
 import { state } from "./store.js";
 
 export { byId, change, make } from "./elements.js";
@@ -70,6 +70,25 @@ export function badgePlace(properties = {}) {
   };
   return made;
 }
+
+/**
+ * Lets a button be clicked, or not. One that has the focus keeps it: it says that it cannot be used, and is disabled only
+ * when the focus has gone elsewhere.
+ */
+export function allow(button, isAllowed) {
+  const isFocused = document.activeElement === button;
+  change(button, { disabled: !isAllowed && !isFocused, "aria-disabled": String(!isAllowed) });
+}
+
+document.addEventListener(
+  "click",
+  (event) => {
+    if (!event.target.closest?.("[aria-disabled=true]")) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+  },
+  true,
+);
 
 const ASKS_FOR = 10000; // ms
 

@@ -2,7 +2,7 @@
 
 import { order, tell } from "./ask.js";
 import { mayActWhenLive, mayControl } from "./connection.js";
-import { byId, change, fill, make } from "./dom.js";
+import { allow, byId, change, fill, make } from "./dom.js";
 import { chosen, rowsOf, state, watch } from "./store.js";
 
 const undecided = new Map(); // goals that were sent from here, with what was typed
@@ -46,12 +46,16 @@ function connect(name, example, words, send) {
     // The planner may refuse it later, and then it is there again, unless something else was typed.
     if (goal) undecided.set(goal, { text, system: state.chosen, restore: () => field.value || fillIn(form, typed) });
   });
+  let listed = ""; // the completions
   watch(() => {
     // What is typed is not lost when the link is, for a moment.
-    for (const one of form.elements) change(one, { disabled: !mayActWhenLive() });
-    change(button, { disabled: !mayControl() });
+    for (const one of fieldsOf(form)) change(one, { disabled: !mayActWhenLive() });
+    allow(button, mayControl());
     const { first = example, all } = words(rowsOf(chosen(), "known").get("known") ?? {});
     change(field, { placeholder: first });
+    const known = all.join("\n");
+    if (known === listed) return;
+    listed = known;
     fill(field.list, [...new Set(all)].filter(Boolean).sort().map((text) => [text, text]), makeOption);
   });
 }

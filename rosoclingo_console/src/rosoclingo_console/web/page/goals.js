@@ -2,7 +2,7 @@
 
 import { order } from "./ask.js";
 import { mayAsk, mayControl } from "./connection.js";
-import { badgePlace, careful, change, fillSection, make } from "./dom.js";
+import { allow, badgePlace, careful, change, fillSection, make } from "./dom.js";
 import { chosen, now, rowsOf, state, watch } from "./store.js";
 import { why } from "./why.js";
 import { clock, lasted } from "./words.js";
@@ -87,8 +87,8 @@ function makeGoal() {
   };
   made.draw = () => {
     change(more, { text: facts(made.row) });
-    change(ask, { disabled: !mayAsk() });
-    change(cancel, { disabled: !mayControl() || made.row.canceling });
+    allow(ask, mayAsk());
+    allow(cancel, mayControl() && !made.row.canceling);
   };
   return made;
 }

@@ -5,9 +5,12 @@ import { chosen, rowsOf, watch } from "./store.js";
 
 const MARGIN = [3.5, 1.5]; // metres, for what is written beside places
 const LINE = 1.1; // height of a line, in that of letters
+const LONGEST = 24; // letters of a text; the lists have all of them
 const GAP = 0.15; // metres between two texts
 const FAR = 10; // halves of lines that a text may be moved
 const GROUPS = ["ways", "blocked ways", "plan", "waypoints", "names", "packages", "robots", "carried packages", "plan's steps"];
+
+const shorten = (text) => (text.length <= LONGEST ? text : `${text.slice(0, LONGEST - 1)}…`);
 
 const paint = {
   lines(parent, { points, size, colour }, group) {
@@ -40,7 +43,8 @@ const paint = {
   cylinder(parent, { points, colour, robot }) {
     const [[x, y]] = points;
     shape(parent, "circle", { cx: x, cy: -y, r: 0.55, fill: colour, stroke: "#fff", "stroke-width": 0.12, class: "robot" });
-    shape(parent, "text", { x, y: -y + 1.2, fill: colour, "font-size": 0.8, "font-weight": 700, "text-anchor": "middle" }, robot);
+    const label = { x, y: -y + 1.2, fill: colour, "font-size": 0.8, "font-weight": 700, "text-anchor": "middle" };
+    shape(parent, "text", label, shorten(robot));
   },
   text(parent, { points, size, colour, text }, group) {
     const [[x, y]] = points;
@@ -53,7 +57,9 @@ const paint = {
           ? ["start", -1.4]
           : ["middle", 0];
     const label = shape(parent, "text", { fill: colour, "font-size": size, "text-anchor": anchor });
-    text.split("\n").forEach((line, i) => shape(label, "tspan", { x: x + aside, y: -y + i * size * LINE }, line));
+    text
+      .split("\n")
+      .forEach((line, i) => shape(label, "tspan", { x: x + aside, y: -y + i * size * LINE }, shorten(line)));
   },
 };
 

@@ -1,7 +1,7 @@
 // The plan ahead, step by step.
 
 import { mayAsk } from "./connection.js";
-import { byId, change, fill, make } from "./dom.js";
+import { allow, byId, change, fill, make } from "./dom.js";
 import { chosen, rowsOf, state, watch } from "./store.js";
 import { why } from "./why.js";
 import { byName, plural } from "./words.js";
@@ -73,5 +73,5 @@ watch(() => {
   const plan = rowsOf(chosen(), "plan").get("plan");
   if (plan !== drawn) draw(plan);
   drawn = plan;
-  for (const button of byId("plan").querySelectorAll("button")) change(button, { disabled: !mayAsk() });
+  for (const button of byId("plan").querySelectorAll("button")) allow(button, mayAsk());
 });

@@ -35,7 +35,7 @@ export function changed() {
   });
 }
 
-const fresh = () => ({ tables: {}, lines: [], count: 0 });
+const fresh = () => ({ tables: {}, changes: {}, lines: [], count: 0 });
 
 /** Takes a message of the server. */
 export function take(message) {
@@ -53,6 +53,7 @@ export function take(message) {
     }
     for (const [name, rows] of Object.entries(message.tables ?? {})) {
       const table = (system.tables[name] ??= new Map());
+      system.changes[name] = (system.changes[name] ?? 0) + 1;
       for (const [key, row] of Object.entries(rows)) {
         if (row === null) table.delete(key);
         else table.set(key, row);
