@@ -260,6 +260,21 @@ def test_what_the_encoding_wants_to_be_brought_back_is_planned(mode: str) -> Non
     assert fleet.published == [("r1", f"go({place})") for place in (1, 2, 1, 0)]
 
 
+def test_it_ends_when_that_was_approved_and_done(mode: str) -> None:
+    fleet = Fleet(mode, "brings=1", ask_before=ALL)
+    goal = fleet.request("clean(r1,2)")
+    fleet.go_on()
+    for place in (1, 2):
+        assert fleet.after(Control.APPROVE, "r1", f"go({place})").is_done
+    fleet.cancel(goal)
+    fleet.go_on()
+    for place in (1, 0):
+        assert not goal.ended
+        assert fleet.held == [("r1", f"go({place})", HoldReason.APPROVAL)]
+        assert fleet.after(Control.APPROVE, "r1", f"go({place})").is_done
+    assert canceled(goal)
+
+
 def test_it_waits_for_what_has_begun(mode: str) -> None:
     class Slow(Fleet):
         def turn(self) -> bool:
