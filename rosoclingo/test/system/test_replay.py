@@ -181,18 +181,18 @@ for number in range(12):
     said = call[chance.choice(["pause", "pause", "step", "resume"])]()
     assert said.success and said.message.startswith(("paused", "running")), said
     word = chance.choice(["hold", "release", "approve", "reject"])
-    said = ask[word]("robot", "")
+    said = ask[word](actuator="robot")
     assert said.success or "no action of robot is held" in said.message, said
     time.sleep(chance.choice([0.0, 0.02, 0.1]) * chance.random())
 assert call["halt"]().success
-assert not ask["hold"]("", "").success and not ask["release"]("no term(", "").success
-assert not ask["approve"]("robot", "dance").success
-assert ask["release"]("robot", "").message.startswith("paused")
+assert not ask["hold"]().success and not ask["release"](actuator="no term(").success
+assert not ask["approve"](actuator="robot", action="dance").success
+assert ask["release"](actuator="robot").message.startswith("paused")
 assert call["resume"]().message.startswith("running")
 end = time.time() + 50.0
 while not all(ended.wait(0.02) for handle, ended in goals):
     assert time.time() < end
-    ask["approve"]("", "")
+    ask["approve"]()
 """,
 }
 

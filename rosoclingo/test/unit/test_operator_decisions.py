@@ -174,8 +174,11 @@ def test_a_hold_that_names_an_action_comes_before_that_or_is_refused() -> None:
 def test_an_approval_of_what_is_approved_already() -> None:
     fleet = both(DYN_RESET)
     fleet.after(Control.PAUSE)
-    assert fleet.after(Control.APPROVE, "r1").is_done
-    assert "approved already" in fleet.after(Control.APPROVE, "r1").text
+    for _ in range(2):
+        outcome = fleet.after(Control.APPROVE, "r1")
+        assert outcome.is_done
+        assert "~resume" in outcome.text
+    assert fleet.published == []
 
 
 def test_the_journal_names_what_was_meant(mode: str) -> None:
@@ -258,6 +261,21 @@ def test_what_the_encoding_wants_to_be_brought_back_is_planned(mode: str) -> Non
     fleet.go_on()
     assert canceled(goal)
     assert fleet.published == [("r1", f"go({place})") for place in (1, 2, 1, 0)]
+
+
+def test_it_ends_when_that_was_approved_and_done(mode: str) -> None:
+    fleet = Fleet(mode, "brings=1", ask_before=ALL)
+    goal = fleet.request("clean(r1,2)")
+    fleet.go_on()
+    for place in (1, 2):
+        assert fleet.after(Control.APPROVE, "r1", f"go({place})").is_done
+    fleet.cancel(goal)
+    fleet.go_on()
+    for place in (1, 0):
+        assert not goal.ended
+        assert fleet.held == [("r1", f"go({place})", HoldReason.APPROVAL)]
+        assert fleet.after(Control.APPROVE, "r1", f"go({place})").is_done
+    assert canceled(goal)
 
 
 def test_it_waits_for_what_has_begun(mode: str) -> None:

@@ -161,14 +161,7 @@ def _refusal(state: State, request: ControlArrived, held: Sequence[Execution]) -
         return _why_not_held(state, request)
     if request.control not in _OF_ACTION:
         return None
-    if not held:
-        return _why_not_held(state, request)
-    if request.control is Control.REJECT:
-        return None
-    if all(one.is_approved and not one.pauses for one in held):
-        named = " and ".join(f"{one.action} of {one.actuator}" for one in held)
-        return f"{named} is approved already"
-    return None
+    return None if held else _why_not_held(state, request)
 
 
 def _is_planned(state: State, request: ControlArrived) -> bool:
@@ -181,23 +174,24 @@ def _is_planned(state: State, request: ControlArrived) -> bool:
 def _why_not_held(state: State, request: ControlArrived) -> str:
     """Returns why the action that a request names is not held."""
     token = str(request.token or "")
-    name = " ".join(filter(None, (shorten(request.action), token)))
+    of = f" of {shorten(request.actuator)}" if request.actuator else ""
+    name = "".join(f" {one}" for one in (shorten(request.action), token) if one)
+    nothing = f"no action{name}{of} is held"
     for one in state.executions.ordered:
         if request.actuator not in ("", one.actuator) or request.action not in ("", one.action):
             continue
         named = f"{shorten(one.action)} of {shorten(one.actuator)}"
-        is_it = request.token in (0, one.held_as)
-        if is_it and one.is_rejected:
-            return f"{named} is not held any more: it was rejected"
-        if is_it and one.held_as and not one.is_held:
-            how = "was approved, and " if one.is_approved else ""
-            return f"{named} is not held any more: it {how}has begun"
-        if is_it and one.is_open and not one.is_held:
-            return f"{named} is not held: it has begun"
-        if not is_it and one.is_held and one.is_open:
-            return f"no action {request.token} is held any more; {named} is held as {one.number}"
-    of = f" of {shorten(request.actuator)}" if request.actuator else ""
-    return f"no action{f' {name}' if name else ''}{of} is held"
+        if request.token not in (0, one.held_as):
+            if one.is_held and one.is_open and not one.is_rejected:
+                return f"{nothing} any more; {named} is held as {one.number}"
+        elif one.is_rejected:
+            return f"{nothing} any more: {named} was rejected"
+        elif one.is_open and not one.is_held:
+            how = "was approved, and has begun" if one.is_approved else "has begun"
+            return f"{nothing}{' any more' if one.held_as else ''}: {named} {how}"
+        elif one.held_as and not one.is_held:
+            return f"{nothing} any more: {named} has begun, and is answered"
+    return nothing
 
 
 def _apply(state: State, request: ControlArrived, held: Sequence[Execution]) -> bool:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from rosclingo.wire.term_text import split_term
 from rosoclingo.loop.journal import STATUSES, TERMINAL_STATUSES, Status
 from rosoclingo.loop.state import State
+from rosoclingo.loop.values.atoms import event
 from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
 
@@ -41,8 +42,17 @@ def release(state: State) -> None:
 
 
 def _end_cancelled(state: State) -> None:
-    """Ends cancelled goals that would wait for nothing but actions that an operator holds."""
-    cancelled = [goal for goal in state.goals.open if goal.cancel_told]
+    """Ends goals that are cancelled in this step, and would wait for what an operator holds.
+
+    One that is cancelled since an earlier step ends now because of what is done now, such as that
+    something is brought back.
+    """
+    cancelled = [
+        goal
+        for goal in state.goals.open
+        if goal.cancel_told
+        and state.externals.is_true(event(goal.slot or "", "cancel", state.step))
+    ]
     if not cancelled or not state.shows_plan or is_unsettled(state, counts_held=False):
         return
     for slot, word in state.plan.statuses(state.step):
