@@ -65,7 +65,7 @@ sets(R,swap(ID),warm(ID),yes,k) :- start(R,V), asked(ID,dish(T),k).
 """
 
 
-def _restaurant(tables: int, robots: int) -> str:
+def restaurant(tables: int, robots: int) -> str:
     """Returns a map: a kitchen, and halls in a row with up to three tables each."""
     halls = range(-(-tables // 3))
     ways = ["corridor(kitchen,hall(0))."]
@@ -85,7 +85,7 @@ class Restaurant(World):
         self.failures = self.chance.choice([0.0, 0.05])
         mode = [RECORDING, RESET, DYN_RESET, SINGLE][seed % 4]
         slots = str(self.chance.randint(2, 8))
-        encoding = write(folder, _restaurant(self.tables, self.robots))
+        encoding = write(folder, restaurant(self.tables, self.robots))
         super().__init__(mode, [encoding], ["-c", f"slots={slots}"])
 
     def turn(self) -> bool:
@@ -166,7 +166,7 @@ def test_what_was_not_planned_in_time_is_planned_later(
     monkeypatch.setattr(layers._OneByOne, "is_over", LATE[late])
     for name in ("_AT_ONCE_SECONDS", "_ONE_BY_ONE_SECONDS"):
         monkeypatch.setattr(layers, name, 0.0)
-    world = World(mode, [write(tmp_path, _restaurant(6, 2))], ["-c", "slots=6"])
+    world = World(mode, [write(tmp_path, restaurant(6, 2))], ["-c", "slots=6"])
     goals = [world.request(f"dish(t{table})") for table in range(6)]
     assert world.run() is None
     assert [goal.words[-1] for goal in goals] == ["succeeded"] * 6
