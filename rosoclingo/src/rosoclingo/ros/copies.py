@@ -64,7 +64,8 @@ class AnswerCopies:
         if answer.run == executions.run and answer.number > executions.number:
             return False
         with self._lock:
-            _is_known(self._nodes, answer.sender)
+            if answer.sender:
+                _is_known(self._nodes, answer.sender)
             key = answer.run, answer.number, canonical_or_text(answer.value)
             return _is_known(self._answers, key)
 
