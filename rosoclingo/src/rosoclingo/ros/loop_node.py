@@ -249,7 +249,8 @@ class LoopNode:
 
     def _on_answer(self, message: ROSoClingoAnswer) -> None:
         answer = AnswerArrived(message.run, message.number, message.value, _sender(message))
-        if not self._copies.is_copy(answer, self._loop.state.executions):
+        executions = self._loop.state.executions
+        if not self._copies.is_copy(answer, executions, self._environment.told):
             self._put(answer)
 
     def _on_heartbeat(self, message: ROSoClingoHeartbeat) -> None:
