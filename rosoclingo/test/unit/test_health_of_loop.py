@@ -303,10 +303,10 @@ def test_an_action_that_takes_longer_than_expected() -> None:
 
 def test_an_action_whose_answer_an_earlier_process_has_missed() -> None:
     """It is late only when its interface has had the time to repeat the answer."""
-    one = replace(GO, kind="go", seconds=1, is_timed=False)
+    one = replace(GO, kind="go", seconds=1)
     assert of_robot(one, 109.0, began=100.0).level is OK
     assert of_robot(one, 110.0, began=100.0).level is WARN
-    assert of_robot(replace(one, is_timed=True), 109.0, began=100.0).level is WARN
+    assert of_robot(one, 109.0, began=90.0).level is WARN, "it has begun later"
 
 
 def test_an_answer_that_the_loop_has_not_taken() -> None:

@@ -112,7 +112,7 @@ def _why_late(
 ) -> Optional[str]:
     """Returns why an action should be over; None if it may go on."""
     action = shorten(one.action)
-    if is_returning(one, clocks.now - clocks.began):
+    if is_returning(one, clocks.began, clocks.now):
         return None
     if one.kind:
         acted = clocks.world - one.world_began

@@ -29,6 +29,7 @@ LATE_SECONDS = 5.0
 RETURN_SECONDS = 10.0
 """How long interfaces have after a restart to repeat what they have answered before it."""
 
+_RESUMING_SECONDS = 1.0  # that a process takes to find out what went on when it was started
 _LOOK_SECONDS = 1.0  # how often it looks at least, and
 _SHORTEST_SECONDS = 0.02  # at most
 _BEATS = 2  # heartbeats in a row that are missing when an interface is lost
@@ -140,7 +141,7 @@ class ExecutionWatchdog:
 
         It has as long as the encoding says, and if that says nothing, as its interface is there.
         """
-        if self._has_answered(one) or is_returning(one, now - self._begin):
+        if self._has_answered(one) or is_returning(one, self._begin, now):
             return True
         if one.kind:
             return self.environment.world_now() - one.world_began <= one.seconds + LATE_SECONDS
@@ -224,14 +225,15 @@ class ExecutionWatchdog:
                     self.tell(f"{one.actuator} {one.action}: {percent} %")
 
 
-def is_returning(one: Execution, seconds: float) -> bool:
+def is_returning(one: Execution, begin: float, now: float) -> bool:
     """Tells if the answer to an action may still come that an earlier process has missed.
 
     Args:
         one: The execution.
-        seconds: How long ago this process was started.
+        begin: When this process was started, in seconds of the environment's clock.
+        now: The time, likewise.
     """
-    return not one.is_timed and seconds < RETURN_SECONDS
+    return one.began < begin + _RESUMING_SECONDS and now - begin < RETURN_SECONDS
 
 
 def _percent(heartbeats: Heartbeats, one: Execution) -> Optional[int]:
