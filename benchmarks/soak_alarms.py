@@ -256,7 +256,8 @@ _RULES: List[Tuple[str, re.Pattern[str], _Rule]] = [
         ("goes on", r"goes on with the run|was begun before this node", AlarmJudge._own_end),
         ("solver lost", r"waits until that node is there|waits for a so", AlarmJudge._lost_solver),
         ("solver lost", r"waiting for the solver |^starts, for ", AlarmJudge._lost_solver),
-        ("no connection", r" does not listen to |connection failed", AlarmJudge._lost_node),
+        ("no connection", r" does not listen to ", AlarmJudge._lost_node),
+        ("no connection", r"^Inbound TCP/IP connection failed: ", AlarmJudge._holds),
         ("the world", r", as ~faults says|^fault \d+ |^too slow: ", AlarmJudge._holds),
         ("failed", r"^(\w+): (\w+\(.*?\)): ", AlarmJudge._failure),
     )

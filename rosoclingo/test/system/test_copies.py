@@ -19,8 +19,8 @@ __all__ = ["terminals"]
 NODE = "/rosoclingo"
 MODE = "dynamic.incremental.dyn_reset"
 
-# Answers every action at once, and again and again, with its token and without, until the state of
-# the action is ANSWERED or its actuator is told something else.
+# Answers every action at once, once without its token, and again and again with it, until the state
+# of the action is ANSWERED or its actuator is told something else.
 ROBOT = """
 import rospy
 from rosoclingo.msg import ROSoClingoAnswer, ROSoClingoDispatch, ROSoClingoIn, ROSoClingoToken
@@ -37,6 +37,7 @@ def on_dispatch(message):
                 print(f"confirmed {one.number}")
         elif one.number not in answers:
             answers[one.number] = ROSoClingoAnswer(message.run, one.number, "success")
+            plain.publish("robot", "success")
 
 rospy.init_node("robot")
 tokens = rospy.Publisher("/rosoclingo/answer", ROSoClingoAnswer, queue_size=10)
@@ -45,7 +46,6 @@ rospy.Subscriber("/rosoclingo/dispatch", ROSoClingoDispatch, on_dispatch)
 while not rospy.is_shutdown():
     for answer in list(answers.values()):
         tokens.publish(answer)
-        plain.publish("robot", answer.value)
     rospy.rostime.wallsleep(0.02)
 """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import time
 from dataclasses import replace
@@ -262,8 +263,9 @@ def test_a_search_is_seen_while_it_goes_on(mode: str, tmp_path: Path) -> None:
 def of_robot(one: Execution, now: float = 101.0, **more: Any) -> Health:
     """Returns what is said of the robot; the world is ten times as fast."""
     answers, heartbeat = more.pop("answers", ()), more.pop("heartbeat", None)
+    began = more.pop("began", -math.inf)
     summary = LoopSummary(executions=(one,), **more)
-    clocks = HealthClocks(now, 1000.0 + 10 * (now - 100.0))
+    clocks = HealthClocks(now, 1000.0 + 10 * (now - 100.0), began)
     return actuator_health(one.actuator, summary, clocks, answers, heartbeat)
 
 
@@ -297,6 +299,14 @@ def test_an_action_that_takes_longer_than_expected() -> None:
     assert values(late)["expected (s)"] == "600"
     soon = replace(GO, kind="go", seconds=1)
     assert of_robot(soon, 101.0).level is WARN
+
+
+def test_an_action_whose_answer_an_earlier_process_has_missed() -> None:
+    """It is late only when its interface has had the time to repeat the answer."""
+    one = replace(GO, kind="go", seconds=1)
+    assert of_robot(one, 109.0, began=100.0).level is OK
+    assert of_robot(one, 110.0, began=100.0).level is WARN
+    assert of_robot(one, 109.0, began=90.0).level is WARN, "it has begun later"
 
 
 def test_an_answer_that_the_loop_has_not_taken() -> None:

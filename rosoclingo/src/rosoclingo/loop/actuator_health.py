@@ -5,13 +5,18 @@ See docs/protocol.md, section "Diagnostics".
 
 from __future__ import annotations
 
+import math
 from typing import Collection, List, NamedTuple, Optional, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.health import Health, HealthLevel, number, since
 from rosoclingo.loop.execution.heartbeats import Heartbeat
 from rosoclingo.loop.execution.tokens import UntakenAnswer
-from rosoclingo.loop.execution.watchdog import LATE_SECONDS, REMINDER_SECONDS
+from rosoclingo.loop.execution.watchdog import (
+    LATE_SECONDS,
+    REMINDER_SECONDS,
+    is_returning,
+)
 from rosoclingo.loop.monitor import LoopSummary
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.words import LOST
@@ -26,10 +31,12 @@ class HealthClocks(NamedTuple):
     Attributes:
         now: In seconds of the monotonic clock, which the loop's environment has, too.
         world: In seconds of ROS's time.
+        began: When the node was started, in seconds of the monotonic clock.
     """
 
     now: float
     world: float
+    began: float = -math.inf
 
 
 def actuators_of(summary: LoopSummary) -> List[str]:
@@ -105,6 +112,8 @@ def _why_late(
 ) -> Optional[str]:
     """Returns why an action should be over; None if it may go on."""
     action = shorten(one.action)
+    if is_returning(one, clocks.began, clocks.now):
+        return None
     if one.kind:
         acted = clocks.world - one.world_began
         if acted <= one.seconds + LATE_SECONDS:

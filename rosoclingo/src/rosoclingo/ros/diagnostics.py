@@ -62,6 +62,7 @@ class LoopDiagnostics(DiagnosticsPublisher):
             self._summary = publisher("~summary", ROSoClingoSummary, latch=True, queue_size=1)
         self._monitor = state.monitor
         self._heartbeats = state.heartbeats
+        self._began = environment.now()
         self._inbox = inbox
         self._environment = environment
         self._durability = durability
@@ -73,7 +74,8 @@ class LoopDiagnostics(DiagnosticsPublisher):
         monitor, items = self._monitor, self._inbox.waiting()
         summary = monitor.summary
         monitor.is_wanted = True  # for the next report: the loop may be busy now
-        clocks = HealthClocks(self._environment.now(), self._environment.world_now())
+        now, world = self._environment.now(), self._environment.world_now()
+        clocks = HealthClocks(now, world, self._began)
         answers = untaken_answers(items, summary.run)
         slow = self._slow_seconds
         healths = [loop_health(monitor, clocks.now, queue=len(items), slow_seconds=slow)]

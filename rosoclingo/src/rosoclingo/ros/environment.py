@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from typing import Callable, FrozenSet, Mapping, Optional, Sequence
+from typing import Callable, Mapping, Optional, Sequence
 
 import actionlib
 import rospy
@@ -71,7 +71,7 @@ class RosEnvironment(Environment):
 
     Attributes:
         questions: Explains to goals why they wait; None if nothing does.
-        told: The actuators that were told something.
+        told: The number of the last action of each actuator that was told something.
         held: What an operator has decided, as it was published last.
         answered_control: Called by the loop's thread with the outcome of an operator's request,
             which is the one that was put into the inbox.
@@ -84,7 +84,7 @@ class RosEnvironment(Environment):
             description: What :func:`rosclingo.solver.about.about` says of the node.
         """
         self.questions: Optional[Questions] = None
-        self.told: FrozenSet[str] = frozenset()
+        self.told: Mapping[str, int] = {}  # is replaced as a whole
         self.held = ROSoClingoHeld()
         self.answered_control: Callable[[journal.ControlArrived, journal.ControlOutcome], None] = (
             lambda *_: None
@@ -109,7 +109,7 @@ class RosEnvironment(Environment):
 
     def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         """Publishes to ``~dispatch``."""
-        self.told |= {one.actuator for one in executions}
+        self.told = {**self.told, **{one.actuator: one.number for one in executions}}
         self._dispatch.publish(
             run,
             [

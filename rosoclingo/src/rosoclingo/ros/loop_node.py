@@ -281,7 +281,8 @@ class LoopNode:
             self._dropped.add(f"an answer of {shorten(sender)}", reason)
             return
         answer = AnswerArrived(message.run, message.number, message.value, sender)
-        if not self._copies.is_copy(answer, self._loop.state.executions):
+        executions = self._loop.state.executions
+        if not self._copies.is_copy(answer, executions, self._environment.told):
             self._put(answer)
 
     def _on_heartbeat(self, message: ROSoClingoHeartbeat) -> None:

@@ -39,7 +39,6 @@ class ExecutionsState:
         told: By actuators whose action is held, the one before, which they were told last; nobody
             waits for its answer any more.
         answers: The answers that were taken last, by the numbers of their actions.
-        answering: The nodes that have answered with tokens.
         clock: What time it was when this was saved, in seconds of the environment's clock.
         rejected: When an operator is asked again about an action that was rejected, in seconds of
             the same clock, by actuator and action.
@@ -51,7 +50,6 @@ class ExecutionsState:
     published: Set[Action] = field(default_factory=set)
     told: Dict[str, Execution] = field(default_factory=dict)
     answers: Dict[int, str] = field(default_factory=dict)
-    answering: Set[str] = field(default_factory=set)
     clock: float = 0.0
     rejected: Dict[Tuple[str, str], float] = field(default_factory=dict)
 

@@ -77,7 +77,6 @@ def _resolve_answer(
     elif before is not None:
         dropped.append(f"{name}{why_late(one.actuator, before)}")
     else:
-        executions.answering.add(answer.sender)
         message = MessageArrived(one.actuator, answer.value)
         if message not in taken:  # its node may have said it without the token, too
             taken.append(message)

@@ -26,6 +26,10 @@ REMINDER_SECONDS = 30.0
 LATE_SECONDS = 5.0
 """By how much an action may take longer than its encoding says, in seconds of ROS's time."""
 
+RETURN_SECONDS = 10.0
+"""How long interfaces have after a restart to repeat what they have answered before it."""
+
+_RESUMING_SECONDS = 1.0  # that a process takes to find out what went on when it was started
 _LOOK_SECONDS = 1.0  # how often it looks at least, and
 _SHORTEST_SECONDS = 0.02  # at most
 _BEATS = 2  # heartbeats in a row that are missing when an interface is lost
@@ -139,7 +143,7 @@ class ExecutionWatchdog:
 
         It has as long as the encoding says, and if that says nothing, as its interface is there.
         """
-        if self._has_answered(one):
+        if self._has_answered(one) or is_returning(one, self._begin, now):
             return True
         if one.kind:
             return self.environment.world_now() - one.world_began <= one.seconds + LATE_SECONDS
@@ -232,6 +236,17 @@ class ExecutionWatchdog:
                 self._progress[one.number] = percent
                 if before is None or percent > before:
                     self.tell(f"{one.actuator} {one.action}: {percent} %")
+
+
+def is_returning(one: Execution, begin: float, now: float) -> bool:
+    """Tells if the answer to an action may still come that an earlier process has missed.
+
+    Args:
+        one: The execution.
+        begin: When this process was started, in seconds of the environment's clock.
+        now: The time, likewise.
+    """
+    return one.began < begin + _RESUMING_SECONDS and now - begin < RETURN_SECONDS
 
 
 def _percent(heartbeats: Heartbeats, one: Execution) -> Optional[int]:
