@@ -343,33 +343,6 @@ def test_all_facts_about_a_number_count(tmp_path: Path) -> None:
     assert "finish" not in _world(encoding, "exact").done
 
 
-RESTORED = """
-#include "{actions}".
-#program base.
-action(r,(take;put)).
-request(clear).
-#program present(k,t).
-own(ID,plate(ID),table,k) :- asked(ID,clear,k).
-wants(ID,plate(ID),sink,k) :- asked(ID,clear,k).
-restores(ID,plate(ID),sink,k) :- asked(ID,clear,k).
-needs(r,take,plate(ID),table,k) :- asked(ID,clear,k).
-sets(r,take,plate(ID),tray,k) :- asked(ID,clear,k).
-needs(r,put,plate(ID),tray,k) :- asked(ID,clear,k).
-sets(r,put,plate(ID),sink,k) :- asked(ID,clear,k).
-"""
-
-
-@pytest.mark.costly
-def test_a_cancelled_goal_whose_restores_are_its_wants_has_one_end(tmp_path: Path) -> None:
-    world = World(DYN_RESET, [write(tmp_path, RESTORED)])
-    goal = world.request("clear")
-    world.cancel(goal)
-    assert world.run() is None
-    assert goal.words[-1] == "canceled"
-    assert world.done == ["take", "put"]
-    assert not [text for text in world.warnings if "end" in text]
-
-
 LIFT = """
 #include "{actions}".
 #program base.
