@@ -15,6 +15,7 @@ from episode import DYN_RESET, PACKAGE, RECORDING, RESET, SINGLE
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.plan import main as plan
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop.planner import layers
 from rosoclingo.loop.words import SOLVER
@@ -341,6 +342,37 @@ def test_all_facts_about_a_number_count(tmp_path: Path) -> None:
     assert low[-1] == "drop"
     assert "reset" in low[low.index("finish") :] or low.count("drop") >= 5
     assert "finish" not in _world(encoding, "exact").done
+
+
+RESTORED = """
+#include "{actions}".
+#program base.
+way((table;sink),(table;sink)).
+moves(r).
+initially(at(r),sink).
+action(r,(take;put)).
+request(clear).
+#program present(k,t).
+own(ID,plate(ID),table,k) :- asked(ID,clear,k).
+wants(ID,plate(ID),sink,k) :- asked(ID,clear,k).
+restores(ID,plate(ID),sink,k) :- asked(ID,clear,k).
+needs(r,take,(at(r);plate(ID)),table,k) :- asked(ID,clear,k).
+sets(r,take,plate(ID),tray,k) :- asked(ID,clear,k).
+needs(r,put,at(r),sink,k) :- asked(ID,clear,k).
+needs(r,put,plate(ID),tray,k) :- asked(ID,clear,k).
+sets(r,put,plate(ID),sink,k) :- asked(ID,clear,k).
+"""
+
+
+@pytest.mark.costly
+def test_a_cancelled_goal_that_restores_what_it_wants_ends_as_cancelled(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """So its plan says, and so does a search that comes when it has ended."""
+    news = ["--at", "2", "cancel:1", "--at", "4", "info:blocked(table,sink)"]
+    with pytest.raises(SystemExit):
+        plan([write(tmp_path, RESTORED), "--simulate", "--goal", "clear", *news])
+    assert "goal 1, clear: canceled" in capsys.readouterr().out
 
 
 LIFT = """
