@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Dict, List
+from typing import Dict, List, Optional, Tuple
 
 import pytest
 from downward_versions import VERSIONS, use_version
 
 from plan_validator import PlanValidator
 from rosoclingo.pddl import translator
+from rosoclingo.pddl.conditions import compile_conditions
 from rosoclingo.pddl.declarations import check_declarations
-from rosoclingo.pddl.domain import read_domain, read_problem
+from rosoclingo.pddl.domain import Domain, Problem, read_domain, read_problem
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word, parse, read_file
 from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Numbers, NumericUse
@@ -410,6 +411,148 @@ def test_a_broken_forall_as_an_amount_is_refused(old: str, new: str, line: int, 
     problem = read_problem(parse(FLEET_PROBLEM, "p"))
     with pytest.raises(PddlError, match=f"^d:{line}: "):
         check_declarations(read_domain(parse(FLEET.replace(old, new.format(wrong)), "d")), problem)
+
+
+BOUNDS = """(define (domain bounds) (:requirements :typing :numeric-fluents)
+(:types robot) (:predicates (done)) (:functions (battery ?r - robot))
+(:action go :parameters (?r ?s - robot) :precondition (and {needed})
+ :effect (and (done) {changes})))
+"""
+BOUNDS_PROBLEM = """(define (problem p) (:domain bounds) (:objects r1 r2 - robot)
+(:init (= (battery r1) 5) (= (battery r2) 5)) (:goal (done)))
+"""
+R1 = ("battery", "r1")
+
+
+def _bounds(needed: str, changes: str = "", *objects: str) -> Optional[NumericUse]:
+    domain = read_domain(parse(BOUNDS.format(needed=needed, changes=changes), "d"))
+    numbers = Numbers(domain, read_problem(parse(BOUNDS_PROBLEM, "p")), {"battery": 50})
+    return numbers.read([("go", objects or ("r1", "r2"))])[0]
+
+
+@pytest.mark.parametrize(
+    ("needed", "changes", "use"),
+    [
+        ("(>= (battery ?r) 20) (>= (battery ?r) 6)", "(decrease (battery ?r) 6)",
+         NumericUse({R1: 20}, {R1: 6}, {}, (), 1)),
+        ("(>= (battery ?r) 6) (>= (battery ?r) 20)", "(decrease (battery ?r) 6)",
+         NumericUse({R1: 20}, {R1: 6}, {}, (), 1)),
+        ("(<= (battery ?r) 9) (< (battery ?r) 4)", "(increase (battery ?r) 1)",
+         NumericUse({}, {}, {R1: 1}, (), 1, {R1: 3})),
+        ("(>= (battery ?r) 0)", "(increase (battery ?r) 1) (increase (battery ?r) 1)",
+         NumericUse({}, {}, {R1: 2}, (), 1)),
+        ("(>= (battery ?r) 0)", "(increase (battery ?r) 1) (decrease (battery ?r) 3)",
+         NumericUse({}, {R1: 2}, {}, (), 1)),
+        ("(= (battery ?r) 4)", "(assign (battery ?r) 7)",
+         NumericUse({R1: 4}, {}, {}, (), 1, {R1: 4}, {R1: 7})),
+        ("(> 4.5 (battery ?r))", "(assign (battery ?r) (+ (battery ?r) 2))",
+         NumericUse({}, {}, {R1: 2}, (), 1, {R1: 4})),
+        ("(>= (- (battery ?r) 3) 4)", "(decrease (battery ?r) 1)",
+         NumericUse({R1: 7}, {R1: 1}, {}, (), 1)),
+        ("(>= (battery ?r) 4) (<= (battery ?r) 3)", "(decrease (battery ?r) 1)", None),
+    ],
+)  # fmt: skip
+def test_all_that_is_said_of_a_number_counts(
+    needed: str, changes: str, use: Optional[NumericUse]
+) -> None:
+    assert _bounds(needed, changes) == use
+
+
+def test_two_variables_may_be_the_same_object() -> None:
+    both = "(decrease (battery ?r) 2) (decrease (battery ?s) 3)"
+    assert _bounds("(>= (battery ?r) 0)", both, "r1", "r1") == NumericUse({}, {R1: 5}, {}, (), 1)
+    with pytest.raises(PddlError, match=r"d:4: go assigns \(battery r1\), and changes it"):
+        _bounds("(>= (battery ?r) 1)", "(assign (battery ?r) 2) (increase (battery ?s) 1)",
+                "r1", "r1")  # fmt: skip
+    with pytest.raises(PddlError, match=r"d:3: .* compares .* which both change"):
+        _bounds("(>= (battery ?r) (battery ?s))", both)
+
+
+@pytest.mark.parametrize(
+    ("start", "later", "least"),
+    [("(decrease (battery ?r) 5)", "(over all (>= (battery ?r) 3))", 8),
+     ("(decrease (battery ?r) 5)", "(at start (>= (battery ?r) 3))", 5)],
+)  # fmt: skip
+def test_a_bound_over_all_is_about_what_the_start_leaves(
+    start: str, later: str, least: int
+) -> None:
+    domain = f"""(define (domain lasting) (:types robot) (:predicates (done))
+(:functions (battery ?r - robot)) (:durative-action go :parameters (?r - robot)
+:duration (= ?duration 1) :condition {later} :effect (and (at start {start}) (at end (done)))))"""
+    numbers = Numbers(
+        read_domain(parse(domain, "d")), read_problem(parse(BOUNDS_PROBLEM, "p")), {"battery": 50}
+    )
+    (use,) = numbers.read([("go", ["r1"])])
+    assert use is not None
+    assert max(use.needs.get(R1, 0), use.uses[R1]) == least
+
+
+ADL = """(define (domain adl) (:types robot box - thing)
+(:predicates (on ?t - thing) (red ?t - thing) (done)) (:functions (load))
+(:action act :parameters (?r - robot) :precondition {needed} :effect (done))
+(:action put :parameters (?t - thing) :effect (and (on ?t) (increase (load) 1))))
+"""
+ADL_PROBLEM = """(define (problem p) (:domain adl) (:objects r1 - robot b1 b2 - box)
+(:init (red b1) (= (load) 0)) (:goal {goal}))
+"""
+
+
+def _compiled(needed: str, goal: str = "(done)") -> Tuple[Domain, Problem]:
+    forms = parse(ADL.format(needed=needed), "d"), parse(ADL_PROBLEM.format(goal=goal), "p")
+    domain, problem = compile_conditions(*forms)
+    return read_domain(domain), read_problem(problem)
+
+
+@pytest.mark.parametrize(
+    ("needed", "found"),
+    [
+        ("(or (on ?r) (not (done)))", {"act": "(and (on ?r))", "act-or-2": "(and (not (done)))"}),
+        ("(forall (?b - box) (imply (red ?b) (on ?b)))", {"act": "(and (on b1))"}),
+        ("(exists (?b - box) (on ?b))", {"act": "(and (on ?b-1))"}),
+        ("(not (or (on ?r) (done)))", {"act": "(and (not (on ?r)) (not (done)))"}),
+        ("(not (exists (?b - box) (on ?b)))", {"act": "(and (not (on b1)) (not (on b2)))"}),
+        ("(or (on ?r) (and (on ?r) (done)))", {"act": "(and (on ?r))"}),
+        ("(and (or (on ?r) (done)) (not (on ?r)))", {"act": "(and (done) (not (on ?r)))"}),
+        ("(forall (?b - (either box robot)) (on ?b))",
+         {"act": "(and (on b1) (on b2) (on r1))"}),
+    ],
+)  # fmt: skip
+def test_alternatives_are_actions(needed: str, found: Dict[str, str]) -> None:
+    domain, _ = _compiled(needed)
+    assert {each.name: each.precondition.text for each in domain.actions[:-1]} == found
+
+
+def test_a_goal_has_no_alternatives() -> None:
+    with pytest.raises(PddlError, match=r"^p:2: the goal has 2 alternatives: .* each alternative"):
+        _compiled("(done)", "(or (done) (on b1))")
+    _, problem = _compiled("(done)", "(and (forall (?b - box) (on ?b)) (not (>= (load) 4)))")
+    assert problem.goal.text == "(and (on b1) (on b2))"
+    assert [each.text for each in problem.comparisons] == ["(< (load) 4)"]
+
+
+def test_a_byte_order_mark_and_a_missing_blank_are_read(tmp_path: Path) -> None:
+    file = tmp_path / "domain.pddl"
+    file.write_bytes(b"\xef\xbb\xbf" + DOMAIN.replace("?f - floor", "?f -floor").encode())
+    assert [action.name for action in read_domain(read_file(file)).actions] == ["move", "toggle"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("f1 2nd-floor - floor", "f1\n f1 - floor", "p:2: f1 is there twice"),
+        ("(= (total-cost) 0)", "(= (total-cost) 0) (= (total-cost) 1)", "has a value already"),
+    ],
+)
+def test_what_is_there_twice_is_refused(old: str, new: str, message: str) -> None:
+    assert old in PROBLEM
+    with pytest.raises(PddlError, match=re.escape(message)):
+        read_problem(parse(PROBLEM.replace(old, new), "p"))
+
+
+def test_a_number_that_is_too_large_is_refused_where_it_stands() -> None:
+    problem = FLEET_PROBLEM.replace("(battery r1) 5", "(battery r1) 4000000000")
+    with pytest.raises(PddlError, match=r"^p:3: \(battery r1\) is 4e\+09 .* from 0 to 999999999"):
+        _uses(FLEET, problem)
 
 
 def test_a_number_has_to_be_larger_than_what_is_used() -> None:

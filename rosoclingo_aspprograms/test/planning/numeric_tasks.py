@@ -17,7 +17,7 @@ from rosoclingo.pddl.expressions import PddlError
 LIMITS = {"fuel": 5, "load": 4, "count": 4}
 """How large numbers may get, for those that nothing else bounds."""
 
-_STATES = 1_500  # after which the search gives up
+_STATES = 500  # after which the search gives up
 
 _Facts = FrozenSet[Tuple[str, ...]]
 _Numbers = Tuple[Tuple[Tuple[str, ...], float], ...]

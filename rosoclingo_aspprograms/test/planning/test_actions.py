@@ -15,6 +15,7 @@ from episode import DYN_RESET, PACKAGE, RECORDING, RESET, SINGLE
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.plan import main as plan
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop.planner import layers
 from rosoclingo.loop.words import SOLVER
@@ -302,6 +303,76 @@ def test_a_number_has_to_be_large_enough(tmp_path: Path) -> None:
         assert _world(encoding, *requests).done == ["look", "light"]
     dark = write(tmp_path, NUMBERS.replace("(power,9)", "(power,5)"))
     assert _world(dark, "see").done == ["light", "charge", "look"]
+
+
+MANY_FACTS = """
+#include "{actions}".
+#program base.
+number(load,9).
+initially(load,0).
+action(r,(add;drop;reset;finish)).
+gives(r,add,load,(1;2)).
+needs_most(r,add,load,(5;4)).
+uses(r,drop,load,1).
+sets(r,reset,load,1).
+needs(r,finish,load,5).
+sets(r,finish,done,yes).
+initially(done,no).
+request((finished;exact;low)).
+wants(finished,done,yes).
+wants_least(finished,load,(6;4)).
+wants(exact,load,5).
+wants(low,done,yes).
+wants_most(low,load,0).
+"""
+
+
+@pytest.mark.costly
+def test_all_facts_about_a_number_count(tmp_path: Path) -> None:
+    """Amounts are added, the strictest bound counts, and a number is made smaller where needed."""
+    encoding = write(tmp_path, MANY_FACTS)
+    load = 0
+    for action in _world(encoding, "finished").done:
+        assert action != "add" or load <= 4
+        assert action != "finish" or load == 5
+        assert action != "drop" or load >= 1
+        load = {"add": load + 3, "drop": load - 1, "reset": 1, "finish": load}[action]
+    assert load >= 6
+    low = _world(encoding, "low").done
+    assert low[-1] == "drop"
+    assert "reset" in low[low.index("finish") :] or low.count("drop") >= 5
+    assert "finish" not in _world(encoding, "exact").done
+
+
+RESTORED = """
+#include "{actions}".
+#program base.
+way((table;sink),(table;sink)).
+moves(r).
+initially(at(r),sink).
+action(r,(take;put)).
+request(clear).
+#program present(k,t).
+own(ID,plate(ID),table,k) :- asked(ID,clear,k).
+wants(ID,plate(ID),sink,k) :- asked(ID,clear,k).
+restores(ID,plate(ID),sink,k) :- asked(ID,clear,k).
+needs(r,take,(at(r);plate(ID)),table,k) :- asked(ID,clear,k).
+sets(r,take,plate(ID),tray,k) :- asked(ID,clear,k).
+needs(r,put,at(r),sink,k) :- asked(ID,clear,k).
+needs(r,put,plate(ID),tray,k) :- asked(ID,clear,k).
+sets(r,put,plate(ID),sink,k) :- asked(ID,clear,k).
+"""
+
+
+@pytest.mark.costly
+def test_a_cancelled_goal_that_restores_what_it_wants_ends_as_cancelled(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """So its plan says, and so does a search that comes when it has ended."""
+    news = ["--at", "2", "cancel:1", "--at", "4", "info:blocked(table,sink)"]
+    with pytest.raises(SystemExit):
+        plan([write(tmp_path, RESTORED), "--simulate", "--goal", "clear", *news])
+    assert "goal 1, clear: canceled" in capsys.readouterr().out
 
 
 LIFT = """

@@ -104,6 +104,33 @@ MISTAKES = {  # what is changed, what check.py says of which line, and why there
         "needs(r,pick(1),at(r),a): nothing says action(r,pick(1)), so it is not done",
         "nothing makes thing(1) r",
     ),
+    "a number that is added to, and is none": (
+        "gives(R,drop(ID),room(R)", "gives(R,drop(ID),rom(R)", 26,
+        "gives(r,drop(1),rom(r),1): rom(r) is no number; number(rom(r),N) would say how large it "
+        "can be", "",
+    ),
+    "a number that is filled, and is none": (
+        "sets(R,ring,bell,rung)", "fills(R,ring,rom(R)) :- robot(R). sets(R,ring,bell,rung)", 12,
+        "fills(r,ring,rom(r)): rom(r) is no number; number(rom(r),N) would say how large it can be",
+        "",
+    ),
+    "a variable that nothing else has": (
+        "sets(R,ring,bell,rung)", "sets(R,ring,(bell;bel),rung)", 12,
+        "sets(r,ring,bel,rung): nothing else has the variable bel", "",
+    ),
+    "an action of a number that is none": (
+        "sets(R,ring,bell,rung)", "uses(R,rign,room(R),1) :- robot(R). sets(R,ring,bell,rung)", 12,
+        "uses(r,rign,room(r),1): nothing says action(r,rign), so it is not done", "",
+    ),
+    "a number that is filled and used": (
+        "sets(R,ring,bell,rung)", "fills(R,ring,room(R)) :- robot(R). uses(R,ring,room(R),1) :- "
+        "robot(R). sets(R,ring,bell,rung)", 12,
+        "fills(r,ring,room(r)): the action changes room(r) otherwise, too, so it is never done", "",
+    ),
+    "an amount below 0": (
+        "uses(R,pick(ID),room(R),1", "uses(R,pick(ID),room(R),-1", 20,
+        "uses(r,pick(1),room(r),-1): -1 is no whole number from 0 to 999999999", "",
+    ),
     "a way to nowhere": (
         "way((a;b),(a;b))", "way((a;b),(a;b)). place(far)", 0, "", "no way leads r to far",
     ),

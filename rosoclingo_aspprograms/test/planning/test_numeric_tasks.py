@@ -88,7 +88,7 @@ def test_a_random_task(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         largest[(name, *objects)] = int(most)
     shortest, is_known = shortest_plan(read_validator(domain, problem), largest)
     if shortest is None:  # then all time is spent on what has no end
-        monkeypatch.setattr(layers, "_MOST_SECONDS", 1.0)
+        monkeypatch.setattr(layers, "_MOST_SECONDS", 0.5)
     world = ImportedWorld([str(f) for f in written if f.suffix == ".lp"], domain, problem)
     goal = world.request("goal")
     failure = world.run()

@@ -23,7 +23,7 @@ Name = Tuple[str, ...]
 Binding = Mapping[str, str]
 """The objects of variables."""
 
-LARGEST = 999_999_999
+LARGEST_NUMBER = 999_999_999
 """The largest number of the library ``actions.lp``."""
 
 _OPERATIONS = ("+", "-", "*", "/")

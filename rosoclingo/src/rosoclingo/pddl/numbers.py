@@ -21,7 +21,7 @@ from typing import Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.amounts import (
-    LARGEST,
+    LARGEST_NUMBER,
     Amounts,
     Binding,
     Linear,
@@ -266,18 +266,18 @@ class Numbers:
         value = self._first.get(name)
         if value is None:
             raise PddlError(f"{place}: {name_text(name)} has no value in :init")
-        if not (0 <= value <= LARGEST and value.is_integer()):
+        if not (0 <= value <= LARGEST_NUMBER and value.is_integer()):
             raise PddlError(
                 f"{self._problem.place_of(name)}: {name_text(name)} is {value:g} in :init, and has "
-                f"to be a whole number from 0 to {LARGEST}, as actions compare and change it"
+                f"to be a whole number from 0 to {LARGEST_NUMBER}, as actions compare and change it"
             )
 
     def _check_whole(self, change: _Change, schema: ActionSchema) -> None:
         amount = abs(change.by) if change.value is None else change.value
-        if amount.denominator != 1 or not 0 <= amount <= LARGEST:
+        if amount.denominator != 1 or not 0 <= amount <= LARGEST_NUMBER:
             raise PddlError(
                 f"{change.place}: {shorten(change.text)} is {shown(amount)} for {schema.name}: it "
-                f"has to be a whole number from 0 to {LARGEST}"
+                f"has to be a whole number from 0 to {LARGEST_NUMBER}"
             )
 
     def _find_limits(self, uses: Sequence[_GroundUse]) -> None:
@@ -308,10 +308,10 @@ class Numbers:
                     f"{open_ended[name]}: nothing says how large {name_text(name)} can get: say it "
                     f"by --most {name[0]}=NUMBER"
                 )
-            elif limit > LARGEST:
+            elif limit > LARGEST_NUMBER:
                 raise PddlError(
                     f"{places[name]}: {name_text(name)} can become {limit}: numbers can be from 0 "
-                    f"to {LARGEST}; --most {name[0]}=NUMBER says a limit"
+                    f"to {LARGEST_NUMBER}; --most {name[0]}=NUMBER says a limit"
                 )
 
     def _use(self, ground_use: _GroundUse, cost: int) -> NumericUse:
@@ -334,7 +334,7 @@ class Numbers:
                     use.sets[name] = value
             taken, given = max(0, -round(change.by)), max(0, round(change.by))
             if bound.least > taken:
-                use.needs[name] = min(bound.least, LARGEST)
+                use.needs[name] = min(bound.least, LARGEST_NUMBER)
             if bound.most is not None and bound.most < limit - given:
                 use.most[name] = bound.most
             if taken:
@@ -352,9 +352,9 @@ class Numbers:
             cost = lasts if self._is_timed else 1.0
         else:
             cost = self._added(metric, schema, objects, lasts)
-        if not 0 <= cost <= LARGEST:
+        if not 0 <= cost <= LARGEST_NUMBER:
             raise PddlError(f"{schema.place}: {schema.name} costs {cost:g}, and costs are from 0 "
-                            f"to {LARGEST}")  # fmt: skip
+                            f"to {LARGEST_NUMBER}")  # fmt: skip
         return round(cost)
 
     def _added(
