@@ -83,7 +83,8 @@ def test_only_the_goal_that_asks_for_too_much_ends(
 ) -> None:
     """Another one goes on that its robot is busy with, and the next one is done.
 
-    A planner without memory for the connection of the client ends, too; the next one has no limit.
+    A planner without memory for the connection of the client ends, too, and so does one that looked
+    ahead to longer plans, on a busy machine; the next one has no limit, and finds the plan.
     """
     go_on = tmp_path / "go on"
     has_three = form == "rosoclingo"
@@ -107,7 +108,8 @@ def test_only_the_goal_that_asks_for_too_much_ends(
     out_of_memory = re.search(r"end (REJECTED|ABORTED) .*out of memory", large.output)
     print(form, megabytes, large.output.splitlines()[-1])
     if out_of_memory is None:
-        assert "not enough memory to start a thread" in launch.output
+        other_cause = "not enough memory to start a thread|No goal has asked for that"
+        assert re.search(other_cause, launch.output)
         assert "end SUCCEEDED" in large.output
     terminals.start("python", "-c", CLIENT, "visit(r1,2)").wait_for("end SUCCEEDED")
     assert robots.output.count("does r2 2") == 1

@@ -7,12 +7,19 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import List
 
 import pytest
 from short_of_memory import ENCODING, LARGE
 
+from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import SINGLE
+from rosoclingo.why.process import AnsweringProcess
+from rosoclingo.why.question import Question, ReplyStatus
+from rosoclingo.why.situation import Situation
+from rosoclingo.why.task import Encoding, QuestionTask
 
+LINE = ENCODING.parents[2] / "example" / "line.lp"
 MODES = ["dynamic.incremental.dyn_reset", "dynamic.incremental.recording", SINGLE]
 
 
@@ -89,3 +96,39 @@ def test_an_engine_is_refused_until_it_is_restarted() -> None:
     assert first.startswith("1 out of memory while grounding (the process is limited to ")
     assert second.endswith("begin with a restart")
     assert third == "3 None Result.SAT"
+
+
+_ANSWERS = """
+import resource
+from pathlib import Path
+from rosoclingo.why import serving, task
+
+serving.give_way = int
+pages = int(Path("/proc/self/statm").read_text().split()[0])
+limit = pages * resource.getpagesize() + 120 * 2**20
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+serving.main()
+"""
+
+
+@pytest.mark.costly
+def test_a_copy_of_the_planner_says_that_it_ran_out_of_memory() -> None:
+    """The next question, which needs less, has an answer, of another process."""
+    warnings: List[str] = []
+    asked = AnsweringProcess(warnings.append, command=(sys.executable, "-c", _ANSWERS))
+
+    def why(encoding: Path, request: str) -> QuestionTask:
+        told, goals = (f"event(1,{request},0)",), (("1", request),)
+        situation = Situation(told=told, last=3, goals=goals)
+        return QuestionTask(
+            Encoding(Options((str(encoding),)), limit=9), situation, Question(), 600.0
+        )
+
+    try:
+        reply = asked.ask(why(ENCODING, LARGE))
+        assert reply.status is ReplyStatus.UNANSWERED
+        assert "the copy of the planner: out of memory" in reply.text
+        assert asked.ask(why(LINE, "visit(2)")).status is ReplyStatus.ANSWERED
+        assert len(warnings) == 1
+    finally:
+        asked.close()

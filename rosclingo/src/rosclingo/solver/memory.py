@@ -51,6 +51,11 @@ class _Reserve:
                 flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS
                 self._pages = mmap.mmap(-1, _RESERVE_BYTES, flags)
 
+    @property
+    def is_free(self) -> bool:
+        """Whether memory has run out since they were taken last."""
+        return self._pages is None
+
     def free(self) -> None:
         """Gives them back."""
         if self._pages is not None:

@@ -116,7 +116,7 @@ class ReplyStatus(enum.Enum):
     """The statuses of replies; the values are exit statuses of ``why.py``, too."""
 
     ANSWERED = 0
-    UNANSWERED = 1  # there was no time, or the node is shutting down
+    UNANSWERED = 1  # there was no time or memory, or the node is shutting down
     WRONG = 2  # it names what there is not, or nothing can be said of this encoding
 
 

@@ -29,18 +29,23 @@ _FIRST_TO_END = 1000  # if memory is short
 
 
 def main() -> NoReturn:
-    """Answers questions until the parent process has ended."""
+    """Answers questions until the parent process has ended, or memory has run out."""
     connection = Connection(int(sys.argv[1]))
     never_rest_alone()
     give_way(int(sys.argv[2]))
     # To load these takes a while, in which it has to give way already.
-    from rosoclingo.why.task import answer  # noqa: PLC0415 (see above)
+    from rosclingo.solver.memory import RESERVE  # noqa: PLC0415 (see above)
+    from rosoclingo.why.task import answer  # noqa: PLC0415
+
+    RESERVE.keep()
 
     tasks: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_listen, args=(connection, tasks), name="listen", daemon=True).start()
     connection.send_bytes(READY)
     while True:
         connection.send_bytes(answer(tasks.get()))
+        if RESERVE.is_free:  # the next question starts a process with more room
+            os._exit(1)
 
 
 def never_rest_alone() -> None:

@@ -7,7 +7,8 @@ import pickle
 from dataclasses import dataclass
 from typing import Optional
 
-from rosclingo.errors import RosclingoError, report
+from rosclingo.errors import OutOfMemoryError, RosclingoError, report
+from rosclingo.solver.memory import RESERVE
 from rosclingo.solver.options import Options
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.values.snapshot import encode
@@ -69,6 +70,10 @@ def answer(message: bytes) -> bytes:
     except InterruptedQuestionError as err:
         text = f"{err} within {task.seconds:g} s; {MORE_TIME}"
         reply = WhyReply(ReplyStatus.UNANSWERED, text, is_late=True)
+    except (OutOfMemoryError, MemoryError) as err:
+        RESERVE.free()
+        reason = f"the copy of the planner: {str(err) or 'out of memory'}"
+        reply = WhyReply(ReplyStatus.UNANSWERED, reason)
     except RosclingoError as err:
         reply = WhyReply(ReplyStatus.WRONG, str(err))
     except Exception as err:  # a bug, or clingo's; the next question may have an answer
