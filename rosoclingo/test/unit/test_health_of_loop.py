@@ -309,6 +309,13 @@ def test_an_action_whose_answer_an_earlier_process_has_missed() -> None:
     assert of_robot(one, 109.0, began=90.0).level is WARN, "it has begun later"
 
 
+def test_no_action_is_late_by_what_was_known_long_ago() -> None:
+    """The loop waits for a solver that was lost, and may have taken the answer meanwhile."""
+    one = replace(GO, kind="go", seconds=1)
+    assert of_robot(one, 120.0, time=119.0).level is WARN
+    assert of_robot(one, 120.0, time=110.0).level is OK
+
+
 def test_an_answer_that_the_loop_has_not_taken() -> None:
     run = "r"
     items: Tuple[Any, ...] = (

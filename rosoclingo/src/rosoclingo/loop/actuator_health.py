@@ -21,6 +21,7 @@ from rosoclingo.loop.monitor import LoopSummary
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.words import LOST
 
+_STALE_SECONDS = 3.0  # after which an answer may be taken that the summary does not have
 _OK, _WARN, _ERROR = HealthLevel.OK, HealthLevel.WARN, HealthLevel.ERROR
 _TIMED_OUT = "has not answered in time"
 
@@ -101,7 +102,8 @@ def _execution_health(
     if one.actuator in answers or one.number in answers:
         return _OK, f"has answered {action}, and the loop has not taken that yet", "has answered"
     state = "is to stop" if one.aborted else "acts"
-    reason = _why_late(one, seconds, clocks, heartbeat)
+    is_known = summary.time is None or clocks.now - summary.time < _STALE_SECONDS
+    reason = _why_late(one, seconds, clocks, heartbeat) if is_known else None
     if reason is not None:
         return _WARN, f"{reason}; does an interface of it run?", state
     return _OK, f"{action}{' is to stop' if one.aborted else ''}, for {seconds:.1f} s", state
