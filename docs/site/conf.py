@@ -55,7 +55,7 @@ nitpick_ignore_regex = [
     (
         "py:.*",
         r"(abc|actionlib|actionlib_msgs|aiohttp|argparse|asyncio|clingo|concurrent|_?contextvars|enum"
-        r"|geometry_msgs|matplotlib|nav_msgs|numpy|pathlib|random|rospy|sensor_msgs|socket|threading"
+        r"|fractions|geometry_msgs|matplotlib|nav_msgs|numpy|pathlib|random|rospy|sensor_msgs|socket|threading"
         r"|visualization_msgs|yaml)\..*",
     ),
     ("py:.*", r"ros.*\.(_\w+|T)"),

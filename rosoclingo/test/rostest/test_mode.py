@@ -335,7 +335,7 @@ class TestDynamic(ModeTestCase):
             self.assertEqual(goal.end(), "REJECTED")
             self.assertIn("an input has at most 16384", goal.text)
         for word in ("approve", "hold"):
-            reply = rospy.ServiceProxy(f"rosoclingo/{word}", ControlActuator)("robot", long)
+            reply = rospy.ServiceProxy(f"rosoclingo/{word}", ControlActuator)("robot", long, 0)
             self.assertFalse(reply.success)
             self.assertIn("an input has at most 16384", reply.message)
         with self.assertRaisesRegex(rospy.ServiceException, "an input has at most 16384"):

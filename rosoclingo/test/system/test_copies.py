@@ -80,12 +80,8 @@ def test_no_copy_is_warned_of(terminals: Terminals, tmp_path: Path, nodes: int) 
     after.wait_for("goes on with the run")
     journal = terminals.listen(NODE, f"{NODE}/journal")  # its history has all events
     results = terminals.listen(NODE, f"{NODE}/result")
-    wait_for(
-        lambda: (
-            "success: True"
-            in terminals.run("rosservice", "call", f"{NODE}/approve", "robot", "go(4)").output
-        )
-    )
+    approve = ("rosservice", "call", f"{NODE}/approve", "{actuator: robot, action: go(4)}")
+    wait_for(lambda: "success: True" in terminals.run(*approve).output)
     wait_for(lambda: "succeeded" in results.output, lambda: after.output)
     wait_for(
         lambda: re.search(r"confirmed \d+\s*$", robot.output) is not None, lambda: robot.output

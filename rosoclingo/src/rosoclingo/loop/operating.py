@@ -238,7 +238,9 @@ def _outcome(
                 one for one in acting if word is Control.PAUSE or one.actuator == request.actuator
             ]
             said += [f"goes on to its end: {_named(going)}"] if going else []
-        return "; ".join(said) or "nothing begins by that"
+        elif not begun and word in (Control.STEP, Control.RESUME, Control.RELEASE):
+            said = ["no action was held only by that"]
+        return "; ".join(said)
     said = []
     for one in held:
         if one.actuator in _all(begun):

@@ -47,6 +47,8 @@ def _end_cancelled(state: State) -> None:
     One that is cancelled since an earlier step ends now because of what is done now, such as that
     something is brought back.
     """
+    if not state.executions.held:
+        return
     cancelled = [
         goal
         for goal in state.goals.open

@@ -204,8 +204,12 @@ class Outbox(Environment):
     def together(self) -> Iterator[None]:
         """A context in which the effects of this thread are gathered for one transaction.
 
-        Their records are before all that the loop's thread notes meanwhile.
+        Their records are before all that the loop's thread notes meanwhile. Effects of the loop's
+        thread itself are held anyway.
         """
+        if threading.get_ident() == self._owner:
+            yield
+            return
         effects: List[HeldEffect] = []
         self._gathered.effects = effects
         try:

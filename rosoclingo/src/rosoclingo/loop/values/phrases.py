@@ -29,7 +29,7 @@ _FACT = re.compile(
     rf"(?:\A|(?<=\.))\s*{_PREDICATE}\s*\(\s*({STRING})\s*,\s*({STRING})\s*\)\s*(?=\.)"
 )
 
-PhrasesT = TypeVar("PhrasesT", bound="TermPhrases")
+_PhrasesT = TypeVar("_PhrasesT", bound="TermPhrases")
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class TermPhrases:
     table: Tuple[Tuple[str, str], ...] = ()
 
     @classmethod
-    def read(cls: Type[PhrasesT], texts: Iterable[str]) -> PhrasesT:
+    def read(cls: Type[_PhrasesT], texts: Iterable[str]) -> _PhrasesT:
         """Reads the phrases in the files of an encoding; more specific patterns come first.
 
         Args:
