@@ -299,7 +299,7 @@ async def test_so_many_requests_at_a_time(one: Console) -> None:
     assert (status, answer["text"]) == (503, "8 requests are under way; try again")
     pause = {"system": SYSTEM, "control": "pause"}
     paused = asyncio.ensure_future(one.do("control", pause))  # which has to get through
-    await until(lambda: (SYSTEM, "pause", "", "") in one.operations.wanted)
+    await until(lambda: (SYSTEM, "pause", "", "", 0) in one.operations.wanted)
     for request in waiting[:4]:  # a page that goes away leaves its request under way
         request.cancel()
     assert (await one.do("cancel", body))[0] == 503
