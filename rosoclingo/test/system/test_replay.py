@@ -522,7 +522,12 @@ def test_an_operator(terminals: Terminals, recorder: Recorder) -> None:
     """No action begins in a pause, and what was held is in the replay held as long."""
     ask = "_ask_before:=go(3) nothing(*)"
     bag = recorder.record(
-        ["1"], [line()], driver=OPERATED, parameters=[ask], failures=[7], steps=60
+        ["1"],
+        [line()],
+        driver=OPERATED,
+        parameters=[ask, "_ask_again:=0.1"],
+        failures=[7],
+        steps=60,
     )
     recording = read_recording(bag)
     assert any(one.paused for _, one in recording.held)

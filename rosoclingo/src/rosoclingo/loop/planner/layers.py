@@ -519,7 +519,7 @@ class _OneByOne(_Way):
             self.partial, self.granted, self._last = found, granted, self._now
         plan = Neighbourhood.of(found.symbols)
         self.assumed = () if plan is None else plan.assumptions(frozenset())
-        self._wishes = max(granted, self._wishes) + 1
+        self._wishes = granted + 1
         self._begin(found.horizon)
         return None
 
