@@ -32,6 +32,7 @@ from rosoclingo.why.question import (
     read,
     read_reply,
 )
+from rosoclingo.why.reason import MinimalReason
 from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import Encoding, QuestionTask, answer
 
@@ -166,6 +167,14 @@ def test_a_wrong_question(question: Question, text: str) -> None:
     assert reply.status is ReplyStatus.WRONG
     assert text in reply.text
     assert reply.structure == ""
+
+
+def test_a_reason_that_more_time_would_improve() -> None:
+    for reason in (MinimalReason((), is_complete=False), MinimalReason((), is_examined=False)):
+        assert not WhyNoPlan("", reason=reason).is_finished
+        assert not WhyGoal("", "", "", no_plan=WhyNoPlan("", reason=reason)).is_finished
+    assert WhyNoPlan("", reason=MinimalReason(())).is_finished
+    assert WhyGoal("", "", "").is_finished
 
 
 def test_other_answers_that_are_none(tmp_path: Path) -> None:

@@ -105,8 +105,17 @@ class Questions:
             self._reasons -= wait(self._reasons, _POLL_SECONDS).done
             self._inbox.run_callbacks()
 
-    def _explain(self, question: Question, goals: Sequence[Goal], seconds: float = 0.0) -> None:
-        """Has a reason looked for; for longer than by default if that was too short before."""
+    def _explain(
+        self, question: Question, goals: Sequence[Goal], seconds: float = 0.0, told: str = ""
+    ) -> None:
+        """Has a reason looked for.
+
+        Args:
+            question: What to answer.
+            goals: Whom to tell.
+            seconds: How long it may take, if the default was too short.
+            told: What they were told so far.
+        """
         if not self._explains or self._closed.is_set():
             return
         with self._lock:
@@ -115,16 +124,17 @@ class Questions:
         if is_new:
             self._reasons = {reason for reason in self._reasons if not reason.done()}
             with contextlib.suppress(RuntimeError):  # the thread takes nothing any more
-                self._reasons.add(
-                    self._thread.submit(self._find_reason, question, seconds or self._seconds)
-                )
+                seconds = seconds or self._seconds
+                self._reasons.add(self._thread.submit(self._find_reason, question, seconds, told))
 
-    def _explain_again(self, question: Question, goals: Sequence[Goal], seconds: float) -> None:
+    def _explain_again(
+        self, question: Question, goals: Sequence[Goal], seconds: float, told: str
+    ) -> None:
         """Has a reason looked for again, if there are goals that still wait for a plan."""
         goals = [goal for goal in goals if not goal.ended]
         is_executed = self._state.executions.pending_actions or bool(self._state.ahead())
         if goals and not is_executed:
-            self._explain(question, goals, seconds)
+            self._explain(question, goals, seconds, told)
 
     # Called by rospy's threads.
 
@@ -196,10 +206,10 @@ class Questions:
             if self._is_finding:
                 self._process.cancel()
 
-    def _find_reason(self, question: Question, seconds: float) -> None:
+    def _find_reason(self, question: Question, seconds: float, told: str) -> None:
         """Finds the reason why goals wait or have no plan, and tells it to them.
 
-        If there was no time for that, it is looked for again, for longer.
+        If there was no time for that, or only for a part, it is looked for again, for longer.
         """
         with self._lock:
             situation, goals = self._wanted.pop(question)
@@ -209,16 +219,17 @@ class Questions:
         finally:
             with self._lock:
                 self._is_finding = False
+        text = told
         if reply.status is ReplyStatus.ANSWERED:
-            rospy.loginfo("why: %s", reply.text)
-            self._inbox.call_soon(lambda: _tell(goals, f"why: {reply.text}"))
-            return
-        if reply not in (CLOSED, CANCELED):
-            rospy.loginfo("why %s: %s", question, reply.text)
-            self._inbox.call_soon(lambda: _tell(goals, f"no reason found yet: {reply.text}"))
+            text = f"why: {reply.text}"
+        elif reply not in (CLOSED, CANCELED):
+            text = f"no reason found yet: {reply.text}"
+        if text != told:
+            rospy.loginfo("%s", text)
+            self._inbox.call_soon(lambda: _tell(goals, text))
         if reply.is_late or reply is CANCELED:
             more = seconds * _MORE if reply.is_late else seconds
-            self._inbox.call_soon(lambda: self._explain_again(question, goals, more))
+            self._inbox.call_soon(lambda: self._explain_again(question, goals, more, text))
 
     def _ask(self, question: Question, situation: Situation, seconds: float) -> WhyReply:
         """Forwards a question to the process, and adds the answer to the journal."""

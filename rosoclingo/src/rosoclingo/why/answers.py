@@ -29,6 +29,11 @@ class WhyNoPlan:
     is_contradictory: bool = False
     reason: Optional[MinimalReason] = None
 
+    @property
+    def is_finished(self) -> bool:
+        """Whether more time would not improve the reason."""
+        return self.reason is None or self.reason.is_finished
+
 
 @dataclass(frozen=True)
 class WhyGoal:
@@ -51,6 +56,11 @@ class WhyGoal:
     after: Tuple[str, ...] = ()
     silent: Tuple[Tuple[str, float], ...] = ()
     no_plan: Optional[WhyNoPlan] = None
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether more time would not improve the reason."""
+        return self.no_plan is None or self.no_plan.is_finished
 
 
 @dataclass(frozen=True)

@@ -128,7 +128,7 @@ class WhyReply:
         status: What has become of it.
         text: The answer in sentences; or why there is none.
         structure: The answer as JSON, with its atoms and plans; empty if there is none.
-        is_late: Whether there was no time for an answer.
+        is_late: Whether there was no time for an answer, or only for a part of the reason.
     """
 
     status: ReplyStatus

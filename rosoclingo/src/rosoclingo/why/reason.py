@@ -75,6 +75,11 @@ class MinimalReason:
     doubts: Tuple[str, ...] = ()
 
     @property
+    def is_finished(self) -> bool:
+        """Whether there was time for all of it."""
+        return self.is_complete and self.is_examined
+
+    @property
     def has_only_goals(self) -> bool:
         """Whether goals are the only members."""
         return all(member.fact.kind is FactKind.REQUEST for member in self.members)

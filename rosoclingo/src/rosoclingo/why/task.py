@@ -13,6 +13,7 @@ from rosclingo.solver.options import Options
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.values.snapshot import encode
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
+from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.question import MORE_TIME, Question, ReplyStatus, WhyReply
 from rosoclingo.why.situation import Situation
@@ -66,7 +67,8 @@ def answer(message: bytes) -> bytes:
             seconds=task.seconds,
         )
         found = task.question.answer(explainer)
-        reply = WhyReply(ReplyStatus.ANSWERED, found.text, encode(found))
+        is_late = isinstance(found, (WhyNoPlan, WhyGoal)) and not found.is_finished
+        reply = WhyReply(ReplyStatus.ANSWERED, found.text, encode(found), is_late)
     except InterruptedQuestionError as err:
         text = f"{err} within {task.seconds:g} s; {MORE_TIME}"
         reply = WhyReply(ReplyStatus.UNANSWERED, text, is_late=True)
