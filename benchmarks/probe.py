@@ -98,7 +98,7 @@ class Probe:
 
     def _hold_and_release(self) -> None:
         for service in self._services:
-            reply = service("gate", "")
+            reply = service(actuator="gate")
             if not reply.success:
                 raise HarnessError(reply.message)
 
