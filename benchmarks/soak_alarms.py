@@ -40,7 +40,7 @@ class Alarm(NamedTuple):
         source: The node, or the part of diagnostics.
         text: What it says.
         seconds: When, in simulated time.
-        wall: Likewise, in wall time.
+        wall: The same moment, in wall time.
     """
 
     source: str
@@ -55,7 +55,7 @@ class Order(NamedTuple):
     Attributes:
         number: That of its token.
         actuator: Who is to do it.
-        action: What is to be done.
+        action: Its name.
         is_open: Whether it is to be answered.
     """
 
@@ -67,17 +67,17 @@ class Order(NamedTuple):
 
 @dataclass
 class _Told:
-    """What an actuator was told, and has answered; times in wall time, but for ``seconds``."""
+    """An order with its answers; times in wall time, except ``seconds``."""
 
     order: Order
     seconds: float
     since: float
-    closed: float = math.inf  # from then on nobody waits for an answer
+    closed: float = math.inf  # the loop has stopped waiting for an answer
     answers: List[Tuple[float, str]] = field(default_factory=list)
 
     @property
     def first(self) -> Optional[str]:
-        """The first answer, if it has come before nobody waited for it."""
+        """The first answer, if it came while the loop waited for it."""
         if self.answers and self.answers[0][0] <= self.closed + _TOLERANCE_SECONDS:
             return self.answers[0][1]
         return None
@@ -103,7 +103,7 @@ class AlarmJudge:
         self._waiting: List[Alarm] = []
         self._parts: Dict[str, str] = {}  # of diagnostics: what each has said last
 
-    # What the robots and the world have done.
+    # The robots' log.
 
     def tells(self, run: str, orders: Sequence[Order], seconds: float, wall: float) -> None:
         """Actuators are told something, by ``~dispatch``."""
@@ -132,7 +132,7 @@ class AlarmJudge:
         """A node is ended by the soak."""
         self._ended["/" + node.lstrip("/")] = wall
 
-    # What is said of it.
+    # The warnings.
 
     def warns(self, alarm: Alarm) -> None:
         """A node warns, in its log or by an event in the journal."""
@@ -244,11 +244,7 @@ _RULES: List[Tuple[str, re.Pattern[str], _Rule]] = [
     for kind, pattern, rule in (
         ("answer dropped", r"answer (\S+) to action (\d+): (.*)", AlarmJudge._dropped_answer),
         ("message dropped", r"id (\S+), value (\S+): ", AlarmJudge._dropped_message),
-        (
-            "given up",
-            r"(\S+) has not answered (?:in time|for .* nobody waits)",
-            AlarmJudge._silence,
-        ),
+        ("given up", r"(\S+) has not answered (?:in time|for .*timed out)", AlarmJudge._silence),
         ("silent", r"(\S+) has not answered ", AlarmJudge._silence),
         ("late", r"() takes (\d+) s, and \d+ s were expected", AlarmJudge._silence),
         ("unknown outcome", r"whether (\S+) has done its action", AlarmJudge._unknown),

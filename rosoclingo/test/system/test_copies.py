@@ -1,4 +1,4 @@
-"""An interface by the letter of docs/protocol.md repeats its answers, which nobody warns of.
+"""An interface by the letter of docs/protocol.md repeats its answers, without a warning.
 
 Needs a sourced workspace.
 """

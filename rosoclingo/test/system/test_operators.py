@@ -67,7 +67,7 @@ def on_dispatch(message):
                 begun.append(named)
                 needing[named] += needs(*named)
                 if needing[named] > asked[named] - refused[named]:
-                    print("WRONG: nobody has let go", named, flush=True)
+                    print("WRONG: no operator has let go", named, flush=True)
                 print("begins", *named, flush=True)
         if one.state != one.ANSWERED:
             out.publish(message.run, one.number, answers[key])

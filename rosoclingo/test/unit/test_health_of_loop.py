@@ -338,7 +338,7 @@ def test_an_action_that_has_timed_out() -> None:
     ):
         health = of_robot(one, 200.0)
         assert health.level is ERROR
-        assert health.message == ("has not answered in time: nobody waits for go(3) any more")
+        assert health.message == "has not answered in time: go(3) has timed out"
         assert values(health)["state"] == "timed out"
 
 

@@ -320,7 +320,7 @@ def rejected(mode: str = DYN_RESET, **parameters: Any) -> Fleet:
     return fleet
 
 
-def test_nobody_is_asked_again_in_the_same_second(mode: str) -> None:
+def test_an_operator_is_not_asked_again_in_the_same_second(mode: str) -> None:
     fleet = rejected(mode)
     (one,) = fleet.shown[-1].rejected
     assert one[:2] == ("r1", "clean(1)")

@@ -59,7 +59,7 @@ class Judged(World):
         self.asked: List[Tuple[ControlArrived, Set[Named]]] = []
         self.outcomes: Dict[int, bool] = {}  # by the place in asked
         self.is_paused = False  # for certain
-        self.on_hold: Set[str] = set()  # likewise
+        self.on_hold: Set[str] = set()  # by requests, too
         self.ends_soon = 0.0  # how often a life ends in its turn
         self.let_go_before: Set[int] = set()
         self._seen: Set[Tuple[str, int]] = set()
@@ -196,7 +196,7 @@ class Judged(World):
             one for (ask, some) in self.asked if ask.control is Control.APPROVE for one in some
         }
         for named, needed in self.begun:
-            assert not needed or named in approved, f"nobody has let {named} go"
+            assert not needed or named in approved, f"no operator has let {named} go"
         begun = {named for named, _ in self.begun if named.token}
         for place, (ask, some) in enumerate(self.asked):
             if ask.control is not Control.REJECT or not self.outcomes.get(place) or len(some) != 1:

@@ -91,7 +91,7 @@ class Robot(System):
 
 
 def test_a_run_shows_itself_before_it_has_an_action() -> None:
-    """Who has answered an action of another run learns that nobody waits for that."""
+    """Who has answered an action of another run learns that it is not awaited."""
     one = robot(lambda _: None)
     one.run()
     assert one.shown == [(one.loop.state.executions.run, [])]
@@ -183,7 +183,7 @@ def test_a_failure_is_confirmed_in_the_pause_before_the_retry() -> None:
 
 
 def test_what_a_held_action_has_replaced_is_over() -> None:
-    """Nobody waits for its answer: ``~dispatch`` says so, and an interface stops repeating it."""
+    """Its answer is not awaited: ``~dispatch`` says so, and an interface stops repeating it."""
     executions = Executions(Environment())
     executions.begin(Action("robot", "go(2)", 1))
     executions.begin(Action("robot", "go(3)", 2), is_held=True)

@@ -73,7 +73,7 @@ def judged(domain: Path, problem: Path, plan: List[str]) -> bool:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_random_task(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is planned is valid; what a breadth-first search reaches is planned."""
+    """Plans are valid, and there is one for each task that a breadth-first search solves."""
     domain, problem = _written(tmp_path, seed)
     texts, refusal = _imported(domain, problem)
     if refusal:

@@ -103,7 +103,7 @@ class Restaurant(World):
         carried = [goal.slot for goal in open_goals if goal.slot is not None]
         if carried and chance.random() < 0.05:
             self.tell("info", f"cold({chance.choice(carried)})")
-        if not self._items:  # nobody acts: what failures have closed is free again
+        if not self._items:  # no robot acts: what failures have closed is free again
             for way in sorted(self._blocked()):
                 self.tell("info", f"un{way}")
         return bool(self._items)
@@ -162,7 +162,7 @@ LATE = {
 def test_what_was_not_planned_in_time_is_planned_later(
     late: str, mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whether robots act meanwhile or wait; and a client is told what it waits for."""
+    """Both while robots act and while they wait; and a client is told what it waits for."""
     monkeypatch.setattr(layers._OneByOne, "is_over", LATE[late])
     for name in ("_AT_ONCE_SECONDS", "_ONE_BY_ONE_SECONDS"):
         monkeypatch.setattr(layers, name, 0.0)

@@ -1,4 +1,4 @@
-"""What is noted suffices: what is believed is what it would be if nothing were forgotten.
+"""The notes suffice: beliefs are those of a solver that forgets no observation.
 
 Random worlds have observations that nothing explains, causes that end, and repairs. All of what was
 observed is explained again by ``diagnose``, which a test of rosclingo compares with an enumeration.
@@ -31,7 +31,7 @@ Causes = FrozenSet[str]
 
 
 class World(NamedTuple):
-    """What there is, as world_of_causes.lp says it; a kind has a surprise and how it lasts."""
+    """A world as world_of_causes.lp describes it; a kind has a surprise and how it lasts."""
 
     things: Sequence[str]
     kinds: Dict[str, Tuple[int, str]]
@@ -57,7 +57,7 @@ class Found(NamedTuple):
 
 
 class Observer:
-    """Tells a solver what is observed, step by step, and knows all of it.
+    """Tells a solver the observations, step by step, and remembers all of them.
 
     The library numbers moments anew when older ones are forgotten: here, a moment is a step.
     """
@@ -78,7 +78,7 @@ class Observer:
         self.observe()
 
     def observe(self, *seen: Seen) -> Found:
-        """Returns what is found after something more was observed."""
+        """Returns the beliefs after one more observation."""
         self._step += 1
         said = [
             f"mended({split_term(thing)[1][0]})" if thing[:3] == "fix" else f"saw({thing},{value})"

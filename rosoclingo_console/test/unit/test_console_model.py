@@ -219,7 +219,7 @@ FLEET = KnownEncoding(
 
 
 @pytest.mark.parametrize("answer", ["unknown", "lost"])
-def test_a_robot_of_which_nobody_knows_where_it_is(run: Run, answer: str) -> None:
+def test_a_robot_whose_place_is_unknown(run: Run, answer: str) -> None:
     """It has nothing to do because it is left out."""
     run.model.set_encoding(FLEET)
 

@@ -49,7 +49,7 @@ def found(judge: AlarmJudge, text: str, source: str = "/rosoclingo", wall: float
         ("id r1, value success: it has answered failure already", ""),
         ("id info, value blocked(a,b): the planner's encoding declares no such event", ""),
         ("r1 has not answered for 30 s; does an interface of it run", ""),
-        ("r1 has not answered for 5 s (~policies): nobody waits for it any more", ""),
+        ("r1 has not answered for 5 s (~policies): go(c3) has timed out", ""),
         ("r2 has not answered for 30 s; does an interface of it run", "r2 was told nothing"),
         ("whether r1 has done its action is unknown, and", "r1 has not said so"),
         ("a search of /planner was ended by a goal of /rival, and is tried again", ""),
@@ -82,7 +82,7 @@ def test_what_was_true_earlier(judge: AlarmJudge) -> None:
 
 
 def test_diagnostics(judge: AlarmJudge) -> None:
-    """What a part repeats is one alarm."""
+    """A message that a part repeats is one alarm."""
 
     def report(text: str, wall: float, *, is_well: bool = False) -> None:
         alarm = Alarm(ROBOT, text, 20.0 * (wall - 100.0), wall)

@@ -201,7 +201,7 @@ class Restarts:
 
 
 Assumed = Union[Assumption, CostBound, ConflictLimit, Restarts]
-"""What one solve call assumes: an atom's value, a bound of costs, a limit, a restart strategy."""
+"""An assumption of one solve call: an atom, a bound of costs, a limit, a restart strategy."""
 
 
 class Result(enum.Enum):

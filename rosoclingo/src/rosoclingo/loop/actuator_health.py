@@ -89,7 +89,7 @@ def _execution_health(
     if one.is_enqueued and one.answer == LOST:
         return _ERROR, f"its interface was lost, while {action} was executed", "lost"
     if one.is_enqueued and not one.is_held:
-        return _ERROR, f"{_TIMED_OUT}: nobody waits for {action} any more", "timed out"
+        return _ERROR, f"{_TIMED_OUT}: {action} has timed out", "timed out"
     if not one.is_open:
         return _OK, f"has answered {shorten(str(one.answer))} to {action}", "idle"
     if one.is_held:
@@ -98,7 +98,7 @@ def _execution_health(
             return _WARN, f"{action} has failed, and is tried again ({one.attempt})", "retries"
         return _WARN, f"{action} waits for an operator ({', '.join(reasons)})", "held"
     if not one.acts:
-        return _OK, f"nobody waits for its answer to {action}", "idle"
+        return _OK, f"its answer to {action} is not awaited", "idle"
     if one.actuator in answers or one.number in answers:
         return _OK, f"has answered {action}, and the loop has not taken that yet", "has answered"
     state = "is to stop" if one.aborted else "acts"

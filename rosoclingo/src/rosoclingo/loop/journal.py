@@ -134,7 +134,7 @@ class ControlArrived(Event):
         control: What is wanted.
         actuator: Of which actuator; empty for all.
         action: Of which of its actions; empty for any. The journal has the one that was meant.
-        token: The number of that action while it is held; 0 for any. Likewise.
+        token: The number of that action while it is held; 0 for any. In the journal as well.
         refused: Why it has changed nothing; only in the journal, and empty if it has.
     """
 
@@ -153,7 +153,7 @@ class ControlArrived(Event):
 
 
 class ControlOutcome(NamedTuple):
-    """What has become of an operator's request.
+    """The outcome of an operator's request.
 
     Attributes:
         is_done: Whether it has changed, or will change, what was asked for.

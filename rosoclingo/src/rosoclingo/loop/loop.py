@@ -90,7 +90,7 @@ class Loop:
             inbox: Where messages, goals and cancel requests come in.
             environment: Where actions and log messages go.
             durability: Stores the run; None for nowhere.
-            action_timeout: From when on nobody waits for an action's answer, in seconds since
+            action_timeout: When an action without an answer times out, in seconds since
                 it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
             patience: When an optimising search ends that has found a plan, in seconds since

@@ -74,7 +74,7 @@ def _plan_again(state: State, action: Action) -> bool:
 
 
 def reject(state: State, one: Execution) -> None:
-    """Has an action count as failed that is held, and that nobody was told of."""
+    """Enters that a held action counts as failed; its actuator was not told of it."""
     state.executions.fail_held(one.actuator)
     state.mail.reject(one.actuator)
 

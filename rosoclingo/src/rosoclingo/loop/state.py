@@ -119,7 +119,7 @@ class State(Progress):
             control: Does what an operator wants, who has said so when the command that is
                 carried out had taken some seconds; returns whether that is news for the mode.
             fail: Returns what the planner is told of an answer; None if the action is retried.
-            action_timeout: From when on nobody waits for an action's answer, in seconds since
+            action_timeout: When an action without an answer times out, in seconds since
                 it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
             ask_before: Patterns of the actions that need an approval, see :class:`.Interlock`.
@@ -453,7 +453,7 @@ class State(Progress):
         self.show_held(again=again)
 
     def warn_of_approvals(self) -> None:
-        """Warns that nobody is asked in a static mode, which publishes a whole plan."""
+        """Warns that a static mode, which publishes a whole plan, asks for no approval."""
         if self.interlock.asks:
             self.environment.warn(
                 "~ask_before: nobody is asked to approve an action, because the mode is static, "
@@ -462,7 +462,7 @@ class State(Progress):
 
     @property
     def _decided_by_operator(self) -> OperatorState:
-        """What an operator has decided, and what waits for that."""
+        """An operator's decisions, and the actions that wait for one."""
         interlock = self.interlock
         waiting = tuple(
             HeldAction(one.actuator, one.action, reason, one.number)

@@ -102,7 +102,7 @@ class _Change:
 
 @dataclass
 class _GroundUse:
-    """What a ground action says of its numbers."""
+    """The conditions and effects of a ground action on numbers."""
 
     bounds: Dict[Name, _Interval]
     changes: Dict[Name, _Change]

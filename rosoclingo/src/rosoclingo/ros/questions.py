@@ -67,7 +67,7 @@ class Questions:
         self._lock = threading.Lock()  # guards the next two
         self._noted: Optional[Tuple[str, str]] = None  # the last question with its answer
         self._wanted: Dict[Question, Tuple[Situation, Sequence[Goal]]] = {}  # without being asked
-        self._is_finding = False  # whether a reason is looked for that nobody has asked for
+        self._is_finding = False  # whether a reason is looked for in the background
         self._reasons: Set[Future[None]] = set()  # of the loop's thread
         on_shutdown(self.close)
         self._service = rospy.Service("~why", Why, self._on_request)

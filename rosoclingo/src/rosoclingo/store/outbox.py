@@ -237,7 +237,7 @@ class Outbox(Environment):
 
     @property
     def is_urgent(self) -> bool:
-        """Whether an effect is held for which somebody waits: a client, an actuator, an operator.
+        """Whether a client, an actuator or an operator waits for an effect that is held.
 
         An operator decides about actions by their tokens, which are those of the committed state.
         """

@@ -53,7 +53,7 @@ class Explainer:
             situation: What the questions are about.
             dialect: The encoding's dialect.
             seconds: How long an answer may take; clingo cannot be interrupted while it grounds.
-            stopped: Whether nobody waits for an answer any more; called in another thread.
+            stopped: Whether the answer is not wanted any more; called in another thread.
         """
         self._options = options
         self._situation = situation

@@ -41,7 +41,7 @@ def happened(asked: str, past: Past, phrases: TermPhrases) -> Happened:
 
     Args:
         asked: The action A, or ``do(R,A)`` of actuator R, or ``do(R,A,T)`` for step T.
-        past: What was done since the last reset, and what is believed.
+        past: The actions since the last reset, and the beliefs.
         phrases: What causes and observations are called.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What was done and is believed, from the journal: what ``happened`` answers from.
+"""A history of actions and beliefs, read from the journal, for the question ``happened``.
 
 >>> past = PastReader()
 >>> past.hear(journal.Record(journal.ActionPublished("r", "go(b)"), 1))
@@ -32,7 +32,7 @@ class Deed(NamedTuple):
 
 @dataclass(frozen=True)
 class Past:
-    """What was done since the last reset, and what is believed of it.
+    """The actions since the last reset, and the beliefs about them.
 
     Attributes:
         deeds: The actions, in order.
@@ -99,7 +99,7 @@ class PastReader:
                 self._reset(event.resets_to)
 
     def now(self) -> Past:
-        """Returns what is known now."""
+        """Returns the past as known now."""
         with self._lock:
             beliefs = self._beliefs
             return replace(

@@ -181,7 +181,7 @@ class _Child:
     Attributes:
         process: The process.
         is_late: Whether it was ended because it took too long.
-        is_canceled: Whether it was ended because nobody waits for its answer now.
+        is_canceled: Whether it was ended because its answer is not wanted now.
     """
 
     def __init__(self, command: Sequence[str], nice: int) -> None:
@@ -199,7 +199,7 @@ class _Child:
         self.is_late = self.is_canceled = False
 
     def cancel(self) -> None:
-        """Ends the process, as nobody waits for its answer now."""
+        """Ends the process, as its answer is not wanted now."""
         self.is_canceled = True
         self.process.kill()
 

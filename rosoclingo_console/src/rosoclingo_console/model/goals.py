@@ -25,7 +25,7 @@ _WORDS[Status.CANCELED] = "cancelled"
 
 
 class GoalFate(NamedTuple):
-    """What has become of a goal so far.
+    """The state of a goal.
 
     Attributes:
         status: Its status.

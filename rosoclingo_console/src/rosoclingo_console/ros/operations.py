@@ -26,7 +26,7 @@ from rosoclingo_console.web.operations import OperationReply, Operations
 
 _SECONDS_TO_FIND = 2.0  # a service, or who takes goals and messages
 _SECONDS_TO_TAKE = 3.0  # until it is known what has become of one that was sent
-_SECONDS_TO_DECIDE = 5.0  # likewise, of a goal, which the planner may have to search for
+_SECONDS_TO_DECIDE = 5.0  # the same for a goal, which the planner may have to search for
 _POLL_SECONDS = 0.02
 _OPEN = (
     GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.RECALLING, GoalStatus.PREEMPTING,

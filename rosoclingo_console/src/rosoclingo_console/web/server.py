@@ -55,7 +55,7 @@ class Server:
     Attributes:
         asked: Called with aiohttp's protocol of the connection by which a request has come.
         answered: Likewise, when the request was handled.
-        trusted: Likewise, when the token has come.
+        trusted: The same, once the token has come.
     """
 
     def __init__(

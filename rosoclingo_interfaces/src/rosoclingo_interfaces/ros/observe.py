@@ -34,7 +34,7 @@ from rosoclingo_interfaces.ros.topics import topic
 # All in wall time.
 _TICK_SECONDS = 0.05  # how often it is looked whether a debounce has ended, or a topic is silent
 _SEARCH_SECONDS = 0.5  # how often the master is asked for the types of topics
-_CHECK_SECONDS = 2.0  # likewise, when all are known
+_CHECK_SECONDS = 2.0  # the same when all are known
 _WARNING_SECONDS = 30.0  # how often an observer says at most that messages make no sense
 
 _ABOUT = "about"
@@ -69,7 +69,7 @@ class ObserverNode:
                 self._subscribers.append(subscriber(name, TFMessage, self._on_transforms))
         self._waiting = self._by_topic()
         self._opened: Dict[str, List[Observer]] = {}  # by the names of topics, if types matter
-        self._types: Dict[str, str] = {}  # those that topics had last, likewise
+        self._types: Dict[str, str] = {}  # those that topics had last
         self._look_at_types()
         self._encodings = EncodingReader(lambda reason: rospy.logwarn("%s", reason))
         planning_node = rospy.resolve_name(topic(_ABOUT))[: -len(_ABOUT) - 1]

@@ -24,8 +24,8 @@ from rosoclingo.bags.report.run import Statistics
 from rosoclingo.drawing.canvas import cut, plain, save
 
 _WIDTH, _LEAST_HEIGHT = 14.0, 8.4  # inches
-_CHARTS, _ROW = 4.6, 0.33  # likewise: the height of all but the time line, and of a row of it
-_LETTER = 0.066  # likewise: the width of one on a bar, on average
+_CHARTS, _ROW = 4.6, 0.33  # inches: the height of all but the time line, and of a row of it
+_LETTER = 0.066  # inches: the width of one on a bar, on average
 _LEAST_LETTERS = 3  # of a name that is cut: fewer say nothing
 _LONGEST_NAME, _LONGEST_TITLE = 30, 150  # letters
 _MOST_COLUMNS = 400  # of a chart; each shows the largest value of its steps

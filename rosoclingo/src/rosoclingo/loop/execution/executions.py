@@ -36,8 +36,8 @@ class ExecutionsState:
         number: That of the last action.
         last: The last execution of each actuator, by the actuator.
         published: The actions that were published since the last reset.
-        told: By actuators whose action is held, the one before, which they were told last; nobody
-            waits for its answer any more.
+        told: By actuators whose action is held, the one before, which they were told last; its
+            answer is not awaited any more.
         answers: The answers that were taken last, by the numbers of their actions.
         clock: What time it was when this was saved, in seconds of the environment's clock.
         rejected: When an operator is asked again about an action that was rejected, in seconds of
@@ -216,7 +216,7 @@ class Executions(ExecutionsState):
         return True
 
     def withdraw(self, actuator: str) -> None:
-        """Forgets an action that is held, and that nobody was told of."""
+        """Forgets an action that is held: its actuator was not told of it."""
         del self.last[actuator]
         self.changed = True
 

@@ -1,8 +1,7 @@
 """The dispatch interlock: holds actions back until an operator lets them begin.
 
-An action that is held is committed already, and its actuator owes an answer, as to every action of
-the step; only nobody has told it yet. So the planner needs to know nothing of it, and the others
-act on.
+A held action is committed already, and its actuator owes an answer, as to every action of the step;
+but it is not dispatched yet. So the planner need not know of it, and the other actuators go on.
 
 >>> interlock = Interlock(("deliver(*)",))
 >>> interlock.reason("robot", "go(3)"), interlock.reason("robot", "deliver(1)")

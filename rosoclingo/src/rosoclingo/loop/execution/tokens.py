@@ -119,5 +119,5 @@ def why_late(actuator: str, before: str) -> str:
         before: The answer that was taken.
     """
     if before in GIVEN_UP:
-        return f"{actuator} has not answered in time, and nobody waits for it any more ({before})"
+        return f"{actuator} has not answered in time: the action has timed out ({before})"
     return f"{actuator} has answered {shorten(before)} already"

@@ -27,7 +27,7 @@ LATE_SECONDS = 5.0
 """By how much an action may take longer than its encoding says, in seconds of ROS's time."""
 
 RETURN_SECONDS = 10.0
-"""How long interfaces have after a restart to repeat what they have answered before it."""
+"""The time that interfaces have after a restart to repeat the answers they gave before it."""
 
 _RESUMING_SECONDS = 1.0  # that a process takes to find out what went on when it was started
 _LOOK_SECONDS = 1.0  # how often it looks at least, and
@@ -182,7 +182,7 @@ class ExecutionWatchdog:
                 if left > 0 or self._is_late or self._has_answered(one):
                     yield max(left, _GRACE_SECONDS)
                     continue
-                why = f"{one.actuator} has not answered for {limit}: nobody waits for it any more"
+                why = f"{one.actuator} has not answered for {limit}: {one.action} has timed out"
                 self._give_up(one, TIMEOUT, why)
                 break
 
@@ -244,7 +244,7 @@ def is_returning(one: Execution, begin: float, now: float) -> bool:
     Args:
         one: The execution.
         begin: When this process was started, in seconds of the environment's clock.
-        now: The time, likewise.
+        now: The time, by the same clock.
     """
     return one.began < begin + _RESUMING_SECONDS and now - begin < RETURN_SECONDS
 

@@ -353,8 +353,8 @@ class LayeredSearch:
             wishes: How many wishes are to be granted.
             stopped: Whether it has to end.
             seconds: How long it may take, in seconds of work.
-            assumed: What is assumed.
-            polish: How long to look for a cheaper plan when there is one, likewise.
+            assumed: The assumptions.
+            polish: How long to look for a cheaper plan when there is one, in seconds.
 
         Returns:
             The result, and the plan, if one was found.
@@ -417,7 +417,7 @@ class _Way:
 
     Attributes:
         is_through: Whether all of them are refuted.
-        assumed: What is assumed.
+        assumed: The assumptions.
         has_assumed: Whether that was added when some were refuted perhaps.
     """
 
@@ -534,7 +534,7 @@ def _terms(symbols: Sequence[str], name: str, count: int) -> Iterator[List[str]]
 
 
 def _numbers(symbols: Sequence[str], name: str, count: int) -> Iterator[List[int]]:
-    """Yields them likewise, if all are numbers."""
+    """Yields the arguments of such terms as numbers, if all are numbers."""
     for arguments in _terms(symbols, name, count):
         numbers = [number(argument) for argument in arguments]
         if None not in numbers:

@@ -53,13 +53,13 @@ class RejectedAction(NamedTuple):
 
 
 class OperatorState(NamedTuple):
-    """What an operator has decided, and what waits for that.
+    """An operator's decisions, and the actions that wait for one.
 
     Attributes:
         is_paused: Whether the run is paused.
         on_hold: The actuators that are on hold.
         held: The actions that wait.
-        rejected: The actions about which nobody is asked again yet.
+        rejected: The actions that were rejected, and are not asked about again yet.
     """
 
     is_paused: bool = False

@@ -305,7 +305,7 @@ class Goals:
         """Moves a goal forward in the queue if it is to get a slot before others.
 
         Each of the others is overtaken by as many goals as there are slots, and by no more, so
-        that nobody waits for ever.
+        that no client waits for ever.
         """
         goal.is_first = is_first
         place = self._waiting.index(goal)

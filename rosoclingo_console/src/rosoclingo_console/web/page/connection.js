@@ -87,7 +87,7 @@ function look() {
 /** Whether all of the page may be out of date. */
 export const isStale = () => link.word !== "live";
 
-/** Whether what is shown of the chosen run is how it was. */
+/** Whether the page shows the chosen run as it was. */
 export const isOver = () => isStale() || stopped() !== null;
 
 export const mayPlay = () => Boolean(state.hello?.may_ask) && link.word === "live";

@@ -22,7 +22,7 @@ const silence = () => lasted((performance.now() - (link.heard || link.since)) / 
 
 let shown = "";
 
-/** What is said of the link: that to the console, and if that is there, the console's to the chosen run. */
+/** The state of the link: that to the console, and if that is there, the console's to the chosen run. */
 function wordOfLink() {
   if (isStale() || !isOver()) return link.word;
   return rowsOf(chosen(), "run").get("run").state === "ended" ? "ended" : "gone";
@@ -101,7 +101,7 @@ function drawSystems() {
   for (const button of nav.children) button.draw();
 }
 
-/** Says that nobody knows whether an action was done, and what follows. */
+/** Says that it is unknown whether an action was done, and what follows. */
 function doubt(name, { state: how, answer, doubt: action, waits }) {
   const text = `${name} has answered ${answer} to ${action}: it is not known whether that was done.`;
   return how === "lost" ? `${text} It is left out ${waits}.` : text;
