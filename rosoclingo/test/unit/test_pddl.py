@@ -522,6 +522,13 @@ def test_alternatives_are_actions(needed: str, found: Dict[str, str]) -> None:
     assert {each.name: each.precondition.text for each in domain.actions[:-1]} == found
 
 
+def test_an_action_without_parameters_gets_those_that_exist() -> None:
+    domain = ADL.format(needed="(exists (?b - box) (on ?b))")
+    forms = parse(domain.replace(" :parameters (?r - robot)", ""), "d"), parse(ADL_PROBLEM, "p")
+    act = read_domain(compile_conditions(*forms)[0]).actions[0]
+    assert (act.parameters, act.types) == (("?b-1",), ("box",))
+
+
 def test_a_goal_has_no_alternatives() -> None:
     with pytest.raises(PddlError, match=r"^p:2: the goal has 2 alternatives: .* each alternative"):
         _compiled("(done)", "(or (done) (on b1))")

@@ -29,13 +29,14 @@ from typing import (
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import typed_list
-from rosoclingo.pddl.expressions import ListForm, PddlError, Word
-from rosoclingo.pddl.support import CHANGES, COMPARISONS, PddlPart
+from rosoclingo.pddl.expressions import ListForm, PddlError, Word, list_form
+from rosoclingo.pddl.support import CHANGES, PddlPart, is_comparison
 
 _MOST = 200  # alternatives of one action: the planner grounds each of them
 _COMPOUND = ("and", "or", "not", "imply", "forall", "exists")
-_CONTRARY = {"<": ">=", "<=": ">", ">=": "<", ">": "<="}
+_CONTRARY = {"<": (">=",), "<=": (">",), ">=": ("<",), ">": ("<=",), "=": ("<", ">")}
 _MOMENTS = ("at start", "at end", "over all")
+_ACTIONS = (":action", ":durative-action")
 
 _Alternative = Tuple[Tuple[Tuple[str, str], ...], Tuple[ListForm, ...]]
 """Further variables with their types, and the literals that have to hold."""
@@ -60,8 +61,8 @@ def compile_conditions(
     compiler = _Compiler(domain, problem, changing)
     actions = [new for part in domain.parts for new in compiler.section(part)]
     goals = [compiler.goal(part) for part in problem.parts]
-    return compiler.declared(ListForm(tuple(actions), domain.place)), compiler.stated(
-        ListForm(tuple(goals), problem.place)
+    return compiler.declared(list_form(domain.place, *actions)), compiler.stated(
+        list_form(problem.place, *goals)
     )
 
 
@@ -71,11 +72,11 @@ class _Compiler:
     def __init__(self, domain: ListForm, problem: ListForm, changing: Collection[str]) -> None:
         self._supertypes: Dict[str, str] = {}
         self._objects: Dict[str, str] = {}
-        for form, head in ((domain, ":types"), (domain, ":constants"), (problem, ":objects")):
-            for part in _sections(form, head):
-                found = typed_list(part.parts[1:])
-                (self._supertypes if head == ":types" else self._objects).update(found)
-        actions = [p for h in (":action", ":durative-action") for p in _sections(domain, h)]
+        for part in _sections(domain, ":types"):
+            self._supertypes.update(typed_list(part.parts[1:]))
+        for part in (*_sections(domain, ":constants"), *_sections(problem, ":objects")):
+            self._objects.update(typed_list(part.parts[1:]))
+        actions = list(_sections(domain, *_ACTIONS))
         effects = [v for action in actions for k, v in _keys(action) if k.text == ":effect"]
         changed = {f.head for e in effects if isinstance(e, ListForm) for f in e.forms()}
         declared = [f for part in _sections(domain, ":predicates") for f in part.parts]
@@ -89,35 +90,29 @@ class _Compiler:
     # -- sections ---------------------------------------------------------------------------------
 
     def section(self, part: PddlPart) -> Iterator[PddlPart]:
-        """Yields what a section of the domain becomes."""
-        head = part.head if isinstance(part, ListForm) else ""
-        if isinstance(part, ListForm) and head in (":action", ":durative-action"):
+        """Yields the sections of the domain that replace one."""
+        if isinstance(part, ListForm) and part.head in _ACTIONS:
             yield from self._action(part)
-        elif isinstance(part, ListForm) and head in (":predicates", ":functions"):
+        elif isinstance(part, ListForm) and part.head in (":predicates", ":functions"):
             yield _mapped(part, _plain_types)
         else:
             yield part
 
     def declared(self, domain: ListForm) -> ListForm:
         """Returns a domain with the predicates that stand for several types."""
-        made = [
-            ListForm((Word(name, domain.place), Word("?x", domain.place)), domain.place)
-            for name in self._eithers
-        ]
+        made = [list_form(domain.place, name, "?x") for name in self._eithers]
         if made and not list(_sections(domain, ":predicates")):
-            return _with(domain, ListForm((Word(":predicates", domain.place), *made), domain.place))
-        return _mapped(
-            domain, lambda part: _with(part, *made) if part.head == ":predicates" else part
-        )
+            domain = list_form(domain.place, *domain.parts, list_form(domain.place, ":predicates"))
+        return _extended(domain, ":predicates", made)
 
     def stated(self, problem: ListForm) -> ListForm:
         """Returns a problem with the facts of those predicates."""
         made = [
-            ListForm((Word(name, problem.place), Word(each, problem.place)), problem.place)
+            list_form(problem.place, name, each)
             for name, types in self._eithers.items()
             for each in self._of(types)
         ]
-        return _mapped(problem, lambda part: _with(part, *made) if part.head == ":init" else part)
+        return _extended(problem, ":init", made)
 
     def goal(self, part: PddlPart) -> PddlPart:
         """Returns the goal without quantifiers; other sections stay as they are."""
@@ -135,54 +130,39 @@ class _Compiler:
                 f"{place}: the goal has {len(alternatives)} alternatives: a goal is what holds "
                 "together; request each alternative as a goal of its own"
             )
-        return ListForm((part.parts[0], _conjunction(alternatives[0][1], form.place)), part.place)
+        return list_form(
+            part.place, part.parts[0], list_form(form.place, "and", *alternatives[0][1])
+        )
 
     # -- actions ----------------------------------------------------------------------------------
 
     def _action(self, action: ListForm) -> Iterator[ListForm]:
-        keys = dict(_keys(action))
-        found = {key.text: value for key, value in keys.items()}
-        parameters = found.get(":parameters", ListForm((), action.place))
-        if not isinstance(parameters, ListForm) or len(action.parts) % 2:
+        found = {key.text: value for key, value in _keys(action)}
+        timed = action.head == ":durative-action"
+        where = ":condition" if timed else ":precondition"
+        parameters = found.get(":parameters", list_form(action.place))
+        condition = found.get(where, list_form(action.place))
+        if isinstance(parameters, Word) or isinstance(condition, Word) or len(action.parts) % 2:
             yield action  # malformed, as who reads it says
             return
         parameters, typed = self._parameters(parameters)
-        where = ":condition" if action.head == ":durative-action" else ":precondition"
-        condition = found.get(where, ListForm((), action.place))
         effect = found.get(":effect")
-        if isinstance(effect, ListForm):
-            effect = self._effect(effect)
-        if not isinstance(condition, ListForm):
-            yield action
+        changed = {":effect": self._effect(effect)} if isinstance(effect, ListForm) else {}
+        if not (typed or _is_complex(condition)):
+            yield _written(action, action.parts[1], changed)
             return
-        alternatives: List[_Alternative] = [((), tuple(typed))] if typed else _TRUE
-        if _is_complex(condition):
-            timed = action.head == ":durative-action"
-            typed_ones = [_at_start(each) for each in typed] if timed else typed
-            inner = self._timed(condition) if timed else self._alternatives(condition, True, {})
-            alternatives = _product([((), tuple(typed_ones))], inner, condition)
-        elif typed:
-            own = condition.parts[1:] if condition.head == "and" else [condition]
-            forms = [part for part in own if isinstance(part, ListForm) and part.parts]
-            timed_ones = typed
-            if action.head == ":durative-action":
-                timed_ones = [_at_start(each) for each in typed]
-            alternatives = [((), (*timed_ones, *forms))]
-        else:
-            yield self._written(action, action.parts[1], parameters, (where, condition), effect)
-            return
+        inner = self._timed(condition) if timed else self._alternatives(condition, True, {})
+        if timed:
+            typed = [list_form(each.place, "at", "start", each) for each in typed]
+        alternatives = _product([((), tuple(typed))], inner, condition)
         for number, (variables, literals) in enumerate(alternatives, 1):
             name = action.parts[1]
             if number > 1:
                 name = Word(self._new_name(f"{name.text}-or-{number}"), name.place)
-            more = [
-                Word(text, parameters.place)
-                for variable, kind in variables
-                for text in (variable, "-", kind)
-            ]
-            listed = ListForm((*_ended(parameters.parts), *more), parameters.place)
-            whole = _conjunction(literals, condition.place)
-            yield self._written(action, name, listed, (where, whole), effect)
+            more = [text for variable, kind in variables for text in (variable, "-", kind)]
+            changed[":parameters"] = list_form(parameters.place, *_ended(parameters.parts), *more)
+            changed[where] = list_form(condition.place, "and", *literals)
+            yield _written(action, name, changed)
 
     def _new_name(self, name: str) -> str:
         while name in self._names:
@@ -190,83 +170,55 @@ class _Compiler:
         self._names.add(name)
         return name
 
-    @staticmethod
-    def _written(
-        action: ListForm,
-        name: PddlPart,
-        parameters: ListForm,
-        condition: Tuple[str, ListForm],
-        effect: object,
-    ) -> ListForm:
-        """Returns an action with other parts in the place of its own."""
-        new: List[PddlPart] = [action.parts[0], name]
-        values: Dict[str, object] = {":parameters": parameters, ":effect": effect}
-        values[condition[0]] = condition[1]
-        present = {key.text for key, _ in _keys(action)}
-        for key, value in _keys(action):
-            given = values.get(key.text, value)
-            new += [key, given if isinstance(given, (ListForm, Word)) else value]
-        if condition[0] not in present and len(condition[1].parts) > 1:
-            new += [Word(condition[0], action.place), condition[1]]
-        return ListForm(tuple(new), action.place)
-
     def _parameters(self, parameters: ListForm) -> Tuple[ListForm, List[ListForm]]:
         """Returns variables with one type each, and atoms for those that had several."""
-        parts: List[PddlPart] = []
         atoms: List[ListForm] = []
-        waiting: List[Word] = []
+        waiting: List[Word] = []  # variables whose type is to come
+        is_type = False
         for part in parameters.parts:
-            if isinstance(part, Word):
-                waiting = [] if parts and parts[-1].text == "-" else waiting
-                if part.text != "-" and not (parts and parts[-1].text == "-"):
-                    waiting.append(part)
-                parts.append(part)
-                continue
-            types = _either(part)
-            name = f"either-{'-'.join(types)}"
-            self._eithers[name] = types
-            atoms += [ListForm((Word(name, part.place), each), part.place) for each in waiting]
-            waiting = []
-            parts.append(Word("object", part.place))
-        return ListForm(tuple(parts), parameters.place), atoms
+            if isinstance(part, ListForm):
+                types = _either(part)
+                name = f"either-{'-'.join(types)}"
+                self._eithers[name] = types
+                atoms += [list_form(part.place, name, each) for each in waiting]
+                waiting = []
+            elif is_type:
+                waiting = []
+            elif part.text != "-":
+                waiting.append(part)
+            is_type = part.text == "-"
+        return _plain_types(parameters), atoms
 
     def _effect(self, form: ListForm) -> ListForm:
         """Returns an effect whose conditions are conjunctions."""
         inner = form.parts[1:]
-        if form.head == "forall" and len(inner) == 2 and isinstance(inner[0], ListForm):
+        first = inner[0] if len(inner) == 2 else None
+        if form.head == "forall" and isinstance(first, ListForm):
             body = self._effect(inner[1]) if isinstance(inner[1], ListForm) else inner[1]
-            lists = list(_one_type_each(inner[0]))
-            made = tuple(ListForm((form.parts[0], each, body), form.place) for each in lists)
-            return made[0] if len(made) == 1 else _conjunction(made, form.place)
-        if form.head == "when" and len(inner) == 2 and isinstance(inner[0], ListForm):
-            condition = inner[0]
-            if not _is_complex(condition):
+            made = [list_form(form.place, "forall", each, body) for each in _one_type_each(first)]
+        elif form.head == "when" and isinstance(first, ListForm):
+            if not _is_complex(first):
                 return form
-            made = tuple(
-                self._when(form, variables, literals)
-                for variables, literals in self._alternatives(condition, True, {})
-            )
-            return made[0] if len(made) == 1 else _conjunction(made, form.place)
-        if form.head == "and" or " ".join(p.text for p in form.parts[:2]) in _MOMENTS:
+            made = []
+            for variables, literals in self._alternatives(first, True, {}):
+                one = list_form(
+                    form.place, "when", list_form(form.place, "and", *literals), inner[1]
+                )
+                words = [text for each in variables for text in (each[0], "-", each[1])]
+                if words:
+                    one = list_form(form.place, "forall", list_form(form.place, *words), one)
+                made.append(one)
+        elif form.head == "and" or " ".join(p.text for p in form.parts[:2]) in _MOMENTS:
             return _mapped(form, self._effect)
-        return form
-
-    @staticmethod
-    def _when(
-        form: ListForm, variables: Sequence[Tuple[str, str]], literals: Sequence[ListForm]
-    ) -> ListForm:
-        place = form.place
-        when = ListForm((form.parts[0], _conjunction(literals, place), form.parts[2]), place)
-        if not variables:
-            return when
-        words = tuple(Word(text, place) for each in variables for text in (each[0], "-", each[1]))
-        return ListForm((Word("forall", place), ListForm(words, place), when), place)
+        else:
+            return form
+        return made[0] if len(made) == 1 else list_form(form.place, "and", *made)
 
     # -- conditions -------------------------------------------------------------------------------
 
     def _timed(self, form: ListForm) -> List[_Alternative]:
         """Returns the alternatives of a condition whose parts have moments."""
-        if form.head == "and":
+        if form.head == "and" or not form.parts:
             found = _TRUE
             for part in form.parts[1:]:
                 found = _product(found, self._timed(_formula(part)), form)
@@ -276,7 +228,7 @@ class _Compiler:
             raise PddlError(f"{form.place}: {shorten(form.text)} is not understood: there can be "
                             + ", ".join(f"({each} ...)" for each in _MOMENTS))  # fmt: skip
         return [
-            (variables, tuple(ListForm((*moment, each), each.place) for each in literals))
+            (variables, tuple(list_form(each.place, *moment, each) for each in literals))
             for variables, literals in self._alternatives(_formula(form.parts[2]), True, {})
         ]
 
@@ -291,9 +243,10 @@ class _Compiler:
             objects: What stands for its variables.
             is_goal: Whether what exists is to be named, as a goal has no variables.
         """
-        inner = form.parts[1:]
         if form.head not in _COMPOUND:
             return self._literal(form, holds, objects) if form.parts else _TRUE
+        inner = form.parts[1:]
+        parts: List[Tuple[ListForm, bool, Mapping[str, str]]]
         if form.head == "not":
             (only,) = _formulas(form, 1)
             return self._alternatives(only, not holds, objects, is_goal=is_goal)
@@ -303,7 +256,6 @@ class _Compiler:
             body = _formula(inner[1])
             if (form.head == "exists") == holds and not is_goal:
                 return self._existing(inner[0], body, holds, objects)
-            parts: List[Tuple[ListForm, bool, Mapping[str, str]]]
             parts = [(body, holds, each) for each in self._bindings(inner[0], objects)]
             is_all = (form.head == "forall") == holds
         elif form.head == "imply":
@@ -344,22 +296,19 @@ class _Compiler:
         return [each for each, own in self._objects.items() if {*self._kinds(own)} & {*kinds}]
 
     def _kinds(self, kind: str) -> Iterator[str]:
-        seen: List[str] = []
+        seen = ["object"]
         while kind not in seen:
             seen.append(kind)
             kind = self._supertypes.get(kind, "object")
-        yield from (*seen, "object")
+        return iter(seen)
 
     def _literal(
         self, form: ListForm, holds: bool, objects: Mapping[str, str]
     ) -> List[_Alternative]:
         literal = _substituted(form, objects)
-        if form.head in COMPARISONS:
-            head = form.head if holds else _CONTRARY[form.head]
-            return [((), (_headed(literal, head),))]
-        if form.head == "=" and any(isinstance(part, ListForm) for part in form.parts):
-            heads = ("=",) if holds else ("<", ">")
-            return [((), (_headed(literal, head),)) for head in heads]
+        if is_comparison(form):
+            heads = (form.head,) if holds else _CONTRARY[form.head]
+            return [((), (list_form(form.place, each, *literal.parts[1:]),)) for each in heads]
         ends = [part.text for part in literal.parts[1:]]
         if form.head == "=" and len(ends) == 2 and ends[0] == ends[1]:
             return _TRUE if holds else _FALSE
@@ -368,9 +317,7 @@ class _Compiler:
                 return _FALSE if holds else _TRUE
             if form.head in self._static:
                 return _TRUE if (literal.text in self._facts) == holds else _FALSE
-        if not holds:
-            literal = ListForm((Word("not", form.place), literal), form.place)
-        return [((), (literal,))]
+        return [((), (literal if holds else list_form(form.place, "not", literal),))]
 
 
 def _product(
@@ -391,17 +338,16 @@ def _product(
 
 def _joined(found: Sequence[_Alternative], form: ListForm) -> List[_Alternative]:
     """Leaves out alternatives that contradict themselves, or that need more than another one."""
-    kept: List[Tuple[FrozenSet[str], _Alternative]] = []
-    for one in sorted(found, key=lambda each: len(each[1])):
-        texts = frozenset(each.text for each in one[1])
+    kept: List[Tuple[FrozenSet[str], int]] = []
+    for number in sorted(range(len(found)), key=lambda each: len(found[each][1])):
+        texts = frozenset(each.text for each in found[number][1])
         if any(f"(not {text})" in texts for text in texts):
             continue
         if not any(other <= texts for other, _ in kept):
-            kept.append((texts, one))
+            kept.append((texts, number))
     if len(kept) > _MOST:
         raise _too_many(form)
-    order = {id(one): number for number, one in enumerate(found)}
-    return sorted((one for _, one in kept), key=lambda one: order[id(one)])
+    return [found[number] for number in sorted(number for _, number in kept)]
 
 
 def _too_many(form: ListForm) -> PddlError:
@@ -411,18 +357,11 @@ def _too_many(form: ListForm) -> PddlError:
 
 def _is_complex(form: ListForm) -> bool:
     """Whether a condition is more than a conjunction of literals."""
-    for each in form.forms():
-        if each.head in ("or", "exists", "imply", "forall"):
-            return True
-        if each.head == "not" and len(each.parts) == 2:
-            inner = each.parts[1]
-            of_numbers = isinstance(inner, ListForm) and inner.head == "="
-            if isinstance(inner, ListForm) and (
-                inner.head in (*_COMPOUND, *COMPARISONS)
-                or (of_numbers and any(isinstance(part, ListForm) for part in inner.parts))
-            ):
-                return True
-    return False
+    negated = [f.parts[1] for f in form.forms() if f.head == "not" and len(f.parts) == 2]
+    return any(each.head in ("or", "exists", "imply", "forall") for each in form.forms()) or any(
+        isinstance(each, ListForm) and (each.head in _COMPOUND or is_comparison(each))
+        for each in negated
+    )
 
 
 def _formula(part: PddlPart) -> ListForm:
@@ -454,8 +393,7 @@ def _one_type_each(variables: ListForm) -> Iterator[ListForm]:
         _either(part) if isinstance(part, ListForm) else (part.text,) for part in variables.parts
     ]
     for chosen in itertools.product(*choices):
-        words = (Word(text, variables.place) for text in chosen)
-        yield ListForm(tuple(words), variables.place)
+        yield list_form(variables.place, *chosen)
 
 
 def _plain_types(form: ListForm) -> ListForm:
@@ -463,7 +401,7 @@ def _plain_types(form: ListForm) -> ListForm:
         Word("object", part.place) if isinstance(part, ListForm) and part.head == "either" else part
         for part in form.parts
     ]
-    return ListForm(tuple(parts), form.place)
+    return list_form(form.place, *parts)
 
 
 def _ended(parameters: Sequence[PddlPart]) -> Sequence[PddlPart]:
@@ -481,32 +419,29 @@ def _substituted(form: ListForm, objects: Mapping[str, str]) -> ListForm:
         else Word(objects.get(part.text, part.text), part.place)
         for part in form.parts
     ]
-    return ListForm(tuple(parts), form.place)
-
-
-def _headed(form: ListForm, head: str) -> ListForm:
-    return ListForm((Word(head, form.place), *form.parts[1:]), form.place)
-
-
-def _at_start(form: ListForm) -> ListForm:
-    return ListForm((Word("at", form.place), Word("start", form.place), form), form.place)
-
-
-def _conjunction(forms: Sequence[ListForm], place: str) -> ListForm:
-    return ListForm((Word("and", place), *forms), place)
-
-
-def _with(form: ListForm, *more: ListForm) -> ListForm:
-    return ListForm((*form.parts, *more), form.place)
+    return list_form(form.place, *parts)
 
 
 def _mapped(form: ListForm, change: Callable[[ListForm], ListForm]) -> ListForm:
     parts = [change(part) if isinstance(part, ListForm) else part for part in form.parts]
-    return ListForm(tuple(parts), form.place)
+    return list_form(form.place, *parts)
 
 
-def _sections(form: ListForm, head: str) -> Iterator[ListForm]:
-    yield from (p for p in form.parts if isinstance(p, ListForm) and p.head == head)
+def _extended(form: ListForm, head: str, more: Sequence[ListForm]) -> ListForm:
+    """Returns a form with something added to its sections of a name."""
+    return _mapped(form, lambda p: list_form(p.place, *p.parts, *more) if p.head == head else p)
+
+
+def _written(action: ListForm, name: PddlPart, changed: Mapping[str, PddlPart]) -> ListForm:
+    """Returns an action with another name, and other values of its keys."""
+    present = {key.text for key, _ in _keys(action)}
+    own = [part for key, value in _keys(action) for part in (key, changed.get(key.text, value))]
+    new = [part for key, value in changed.items() if key not in present for part in (key, value)]
+    return list_form(action.place, action.parts[0], name, *own, *new)
+
+
+def _sections(form: ListForm, *heads: str) -> Iterator[ListForm]:
+    yield from (p for p in form.parts if isinstance(p, ListForm) and p.head in heads)
 
 
 def _keys(action: ListForm) -> Iterator[Tuple[PddlPart, PddlPart]]:

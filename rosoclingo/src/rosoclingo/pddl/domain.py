@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
-from rosoclingo.pddl.expressions import ListForm, PddlError, Word
+from rosoclingo.pddl.expressions import ListForm, PddlError, Word, list_form
 from rosoclingo.pddl.support import (
     PddlPart,
     check_formula,
@@ -179,7 +179,7 @@ def read_problem(form: ListForm) -> Problem:
     check_formula(goal, ":goal")
     facts, comparisons = _without(_conjuncts(goal), is_comparison)
     return Problem(
-        form, objects, numbers, tuple(init), _conjunction(facts, goal.place),
+        form, objects, numbers, tuple(init), list_form(goal.place, "and", *facts),
         _metric(found.get(":metric")), tuple(comparisons), places,
     )  # fmt: skip
 
@@ -274,7 +274,7 @@ class _Parts:
         return typed_list(self.form(":parameters").parts)
 
     def form(self, key: str) -> ListForm:
-        part = self._parts.get(key, ListForm((), self._place))
+        part = self._parts.get(key, list_form(self._place))
         if isinstance(part, Word):
             raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
         return part
@@ -292,7 +292,7 @@ def _instantaneous(action: ListForm) -> ActionSchema:
     changed, changes = _without(_conjuncts(effects), is_change)
     return ActionSchema(
         parts.name, action.place, tuple(parameters), tuple(parameters.values()),
-        _conjunction(plain, action.place), _conjunction(changed, action.place),
+        list_form(action.place, "and", *plain), list_form(action.place, "and", *changed),
         tuple(comparisons), tuple(changes),
     )  # fmt: skip
 
@@ -315,7 +315,7 @@ def _durative(action: ListForm) -> ActionSchema:
     net, locks, brief = _net(plain, first, last)
     return ActionSchema(
         parts.name, action.place, tuple(parameters), tuple(parameters.values()),
-        _conjunction(plain, action.place), _conjunction(net, action.place),
+        list_form(action.place, "and", *plain), list_form(action.place, "and", *net),
         tuple(comparisons), tuple(changes), tuple(later_ones), tuple(later),
         _duration(parts.form(":duration")),
         tuple(locks), tuple(brief),
@@ -336,10 +336,6 @@ def _conjuncts(form: ListForm) -> List[ListForm]:
     return [
         each for part in form.parts[1:] if isinstance(part, ListForm) for each in _conjuncts(part)
     ]
-
-
-def _conjunction(forms: Sequence[ListForm], place: str) -> ListForm:
-    return ListForm((Word("and", place), *forms), place)
 
 
 def _without(

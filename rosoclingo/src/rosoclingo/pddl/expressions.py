@@ -52,6 +52,16 @@ class ListForm:
             open_forms.extend(part for part in reversed(form.parts) if isinstance(part, ListForm))
 
 
+def list_form(place: str, *parts: Union[str, Word, ListForm]) -> ListForm:
+    """Returns a list that no file has.
+
+    Args:
+        place: Its place, and that of words that are given as texts.
+        parts: Its parts.
+    """
+    return ListForm(tuple(Word(p, place) if isinstance(p, str) else p for p in parts), place)
+
+
 def read_file(file: Path) -> ListForm:
     """Returns the only list of a file.
 
