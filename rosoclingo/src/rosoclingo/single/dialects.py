@@ -11,7 +11,7 @@ from __future__ import annotations
 import abc
 import dataclasses
 import re
-from typing import Any, Callable, List, Optional, Sequence, Set, Type
+from typing import Any, List, Sequence, Set, Type
 
 from clingo import ast
 
@@ -161,14 +161,7 @@ class PaperDialect(_Translation):
         super().__init__(solver)
         self._slots: Set[str] = set()
 
-    def solve(
-        self,
-        assumptions: Sequence[wire.Assumed] = (),
-        stopped: Optional[Callable[[], bool]] = None,
-        improved: Callable[[wire.Improvement], None] = lambda _: None,
-    ) -> wire.Outcome:
-        """Searches for answer sets until told to stop."""
-        outcome = super().solve(assumptions, stopped, improved)
+    def _found(self, outcome: wire.Outcome) -> wire.Outcome:
         symbols = (f"do{s[6:]}" if s.startswith("occurs(") else s for s in outcome.symbols)
         return dataclasses.replace(outcome, symbols=tuple(symbols))
 

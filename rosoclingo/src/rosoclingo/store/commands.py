@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Callable, Iterable, Iterator, List, Optional, Sequence, TypeVar
+from typing import Callable, Iterable, Iterator, List, Sequence, TypeVar
 
 from rosclingo.errors import (
     OutOfMemoryError,
@@ -123,35 +123,15 @@ class RecordedSolver(Forwarding):
 
     def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
         """Runs commands in order until one fails; what ran before that stays."""
-        run = super().run
-        reply = self._call(lambda: run(commands), begins=_begins(commands))
+        reply = self._call(lambda: self._solver.run(commands), begins=_begins(commands))
         done = len(commands) if reply.failure is None else max(0, reply.failure.index)
         self._log(commands[:done])
         return reply
 
-    def solve(
-        self,
-        assumptions: Sequence[wire.Assumed] = (),
-        stopped: Optional[Callable[[], bool]] = None,
-        improved: Callable[[wire.Improvement], None] = lambda _: None,
-    ) -> wire.Outcome:
-        """Searches for answer sets until told to stop."""
-        solve = super().solve
-        return self._call(lambda: solve(assumptions, stopped, improved))
-
-    def check(self) -> None:
-        """Restores the solver if it was replaced."""
-        self._call(super().check)
-
     def _call(self, call: Callable[[], _T], *, begins: bool = False) -> _T:
         """Calls the solver, and again if it is lost and replaced.
 
-        Args:
-            call: Calls it.
-            begins: Whether the call begins with a restart, so that nothing is restored before.
-
-        Raises:
-            OverloadedError: It is lost each time.
+        It is restored before, unless the call begins with a restart.
         """
         try:
             return self._retry(call, (lambda: None) if begins else self._restore)
@@ -187,7 +167,7 @@ class RecordedSolver(Forwarding):
             except XmlError as err:
                 raise _not_restored(f"a command in the store is wrong: {err}") from err
             try:
-                failure = super().run(commands).failure
+                failure = self._solver.run(commands).failure
             except OutOfMemoryError as err:
                 raise SpareMemoryError(f"{err}; its past needs more than it has now") from err
             if failure is not None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Callable, Optional, Sequence, Set
+from typing import Callable, Optional, Sequence, Set, TypeVar
 
 from rosclingo.errors import OutOfMemoryError, ServiceError
-from rosclingo.wire.commands import Assumed, Command, Improvement, Outcome, Reply
+from rosclingo.wire.commands import Assumed, Improvement, Outcome
 from rosoclingo.errors import OutsideError
 from rosoclingo.loop.values.solver import Forwarding, Solver
+
+_T = TypeVar("_T")
 
 # Two loops that share a solver end each other's searches for ever; a bag comes to an end.
 _TRIES = 1000
@@ -79,29 +81,8 @@ class RetryingSolver(Forwarding):
 class ModeSolver(Forwarding):
     """A mode's solver: one that ran out of memory counts as lost, since no goal is the cause."""
 
-    def run(self, commands: Sequence[Command]) -> Reply:
-        """Runs commands in order until one fails; what ran before that stays.
-
-        Raises:
-            ServiceError: Memory has run out.
-        """
+    def _call(self, call: Callable[[], _T]) -> _T:
         try:
-            return super().run(commands)
-        except OutOfMemoryError as err:
-            raise ServiceError(f"the controller: {err}") from err
-
-    def solve(
-        self,
-        assumptions: Sequence[Assumed] = (),
-        stopped: Optional[Callable[[], bool]] = None,
-        improved: Callable[[Improvement], None] = lambda _: None,
-    ) -> Outcome:
-        """Searches for answer sets until told to stop.
-
-        Raises:
-            ServiceError: Memory has run out.
-        """
-        try:
-            return super().solve(assumptions, stopped, improved)
+            return call()
         except OutOfMemoryError as err:
             raise ServiceError(f"the controller: {err}") from err
