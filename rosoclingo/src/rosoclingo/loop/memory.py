@@ -44,9 +44,7 @@ def recover(state: State, err: Exception) -> bool:
     held = None if isinstance(err, SpareMemoryError) else _what_holds(state, told)
     if held is not None:
         state.environment.warn(f"the planner: {err}. It begins again with what holds now")
-        for goal in told:
-            _take_back(state, goal)
-        state.goals.queue_first(told)
+        _tell_again(state, told)
         state.begin_with([event("save", fluent, 0) for fluent in held])
         state.begin_mode()
         state.externals.grounded.clear()
@@ -65,28 +63,18 @@ def recover(state: State, err: Exception) -> bool:
 
 
 def _give_up(state: State, told: List[Goal], err: Exception) -> None:
-    """Ends the goal that is the cause, or has several goals told one by one.
-
-    Args:
-        state: What is known.
-        told: The goals of which the planner has learned since the last plan.
-        err: By what it has failed.
-
-    Raises:
-        ExhaustedError: There is no goal that can end.
-    """
+    """Ends the goal that is the cause, or has several goals told one by one."""
     if len(told) > 1:
         state.environment.warn(
             f"the planner: {err}. It is told of the last {len(told)} goals one by one, to find "
             "which one asks for too much"
         )
-        for goal in told:
-            _take_back(state, goal)
-        state.goals.queue_first(told)
+        _tell_again(state, told)
         state.mail.new_goals = True
         return
     reason = f"the planner: {err}"
-    for goal in told:
+    if told:
+        (goal,) = told
         _take_back(state, goal)
         _end(state, goal, reason)
         return
@@ -98,19 +86,14 @@ def _give_up(state: State, told: List[Goal], err: Exception) -> None:
     if newest is None:
         raise ExhaustedError(f"{reason}; no goal can be given up")
     _say(state, newest, reason)
-    state.externals.note_told([_cancel(state, newest)], from_outside=True)
+    state.externals.note_told([event(newest.slot or "", _CANCEL, state.step)], from_outside=True)
     newest.cancel_told, newest.given_up = True, reason
 
 
 def _what_holds(state: State, told: List[Goal]) -> Optional[List[str]]:
     """Returns the fluents of the current step, if the planner can begin again with them.
 
-    Args:
-        state: What is known.
-        told: The goals of which the planner has learned since the last plan.
-
-    Returns:
-        None in step 0, if something goes on or has come, or if the encoding does not declare them.
+    It cannot in step 0, if something goes on or has come, or if the encoding does not declare them.
     """
     if state.step == 0 or not (state.mail.dynamic and state.shows_plan) or state.mail.messages:
         return None
@@ -137,6 +120,13 @@ def _told_goals(state: State) -> List[Goal]:
     return told
 
 
+def _tell_again(state: State, goals: List[Goal]) -> None:
+    """Takes goals back, and queues them before all others."""
+    for goal in goals:
+        _take_back(state, goal)
+    state.goals.queue_first(goals)
+
+
 def _take_back(state: State, goal: Goal) -> None:
     """Takes a goal's event back, and its slot."""
     for atom in state.externals.from_outside():
@@ -154,10 +144,6 @@ def _newest(state: State) -> Optional[Goal]:
         and state.externals.knows([(goal.slot or "", _CANCEL)])
     ]
     return max(can, key=lambda goal: goal.came) if can else None
-
-
-def _cancel(state: State, goal: Goal) -> str:
-    return event(goal.slot or "", _CANCEL, state.step)
 
 
 def _end(state: State, goal: Goal, reason: str) -> None:

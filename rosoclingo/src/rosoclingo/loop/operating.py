@@ -48,8 +48,8 @@ def control(state: State, request: ControlArrived, seconds: float) -> bool:
     refused = _refusal(state, request, held)
     noted = replace(request, seconds=seconds, refused=refused or "")
     if len(held) == 1 and request.control in _OF_ACTION:
-        noted = replace(noted, actuator=held[0].actuator, action=held[0].action)
-        noted = replace(noted, token=held[0].number)
+        (one,) = held
+        noted = replace(noted, actuator=one.actuator, action=one.action, token=one.number)
     state.note(noted)
     if refused is not None:
         state.environment.answer_control(request, ControlOutcome(False, refused))
@@ -155,13 +155,11 @@ def _refusal(state: State, request: ControlArrived, held: Sequence[Execution]) -
     """Returns why a request is refused; None if it is carried out."""
     if not state.mail.dynamic:
         return "the loop has ended, or its mode is static: it publishes a whole plan"
-    if request.control in _OF_ACTUATOR and (request.action or request.token) and not held:
-        if request.control is Control.HOLD and _is_planned(state, request):
-            return None
-        return _why_not_held(state, request)
-    if request.control not in _OF_ACTION:
+    names_action = request.control in _OF_ACTUATOR and (request.action or request.token)
+    if held or not (names_action or request.control in _OF_ACTION):
         return None
-    return None if held else _why_not_held(state, request)
+    comes = request.control is Control.HOLD and _is_planned(state, request)
+    return None if comes else _why_not_held(state, request)
 
 
 def _is_planned(state: State, request: ControlArrived) -> bool:
@@ -226,35 +224,30 @@ def _outcome(
     state: State, request: ControlArrived, held: Sequence[Execution], begun: Sequence[Execution]
 ) -> str:
     """Returns what has followed from a request, in words."""
-    word = request.control
+    word, have_begun = request.control, {one.actuator for one in begun}
     if word is Control.REJECT:
         return f"rejected {_named(held)}: that counts as failed, and the planner plans anew"
-    if word is not Control.APPROVE:
-        said = [f"begun: {_named(begun)}"] if begun else []
+    said = [f"begun: {_named(begun)}"] if begun else []
+    if word is Control.APPROVE:
+        said = [_approval(state, one, has_begun=one.actuator in have_begun) for one in held]
+    elif word in (Control.PAUSE, Control.HOLD):
         acting = [one for one in state.executions.dispatched if one.acts and one.is_open]
-        acting = [one for one in acting if one not in begun and one.actuator not in _all(begun)]
-        if word in (Control.PAUSE, Control.HOLD):
-            going = [
-                one for one in acting if word is Control.PAUSE or one.actuator == request.actuator
-            ]
-            said += [f"goes on to its end: {_named(going)}"] if going else []
-        elif not begun and word in (Control.STEP, Control.RESUME, Control.RELEASE):
-            said = ["no action was held only by that"]
-        return "; ".join(said)
-    said = []
-    for one in held:
-        if one.actuator in _all(begun):
-            said.append(f"approved, and has begun: {_named([one])}")
-            continue
-        reason = state.hold_reason(state.executions.last[one.actuator])
-        why = _NO_APPROVAL.get(reason, str(reason)) if reason is not None else "it is planned anew"
-        said.append(f"approved, and does not begin yet: {_named([one])}; {why}")
+        acting = [one for one in acting if one.actuator not in have_begun]
+        going = [one for one in acting if request.actuator in ("", one.actuator)]
+        said += [f"goes on to its end: {_named(going)}"] if going else []
+    elif not begun and word in (Control.STEP, Control.RESUME, Control.RELEASE):
+        said = ["no action was held only by that"]
     return "; ".join(said)
+
+
+def _approval(state: State, one: Execution, *, has_begun: bool) -> str:
+    """Returns what has followed from the approval of an action."""
+    if has_begun:
+        return f"approved, and has begun: {_named([one])}"
+    reason = state.hold_reason(state.executions.last[one.actuator])
+    why = _NO_APPROVAL.get(reason, str(reason)) if reason is not None else "it is planned anew"
+    return f"approved, and does not begin yet: {_named([one])}; {why}"
 
 
 def _named(held: Sequence[Execution]) -> str:
     return ", ".join(f"{shorten(one.action)} of {shorten(one.actuator)}" for one in held)
-
-
-def _all(executions: Sequence[Execution]) -> List[str]:
-    return [one.actuator for one in executions]

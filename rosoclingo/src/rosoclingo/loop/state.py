@@ -442,10 +442,7 @@ class State(Progress):
             self.mail.new_goals = True
 
     def show_executions(self, *, again: bool = False) -> None:
-        """Publishes the last action of each actuator, if it or its answer is new, or again.
-
-        Likewise what is held.
-        """
+        """Publishes each actuator's last action and the held ones, if they are new, or again."""
         executions = self.executions
         if executions.changed or again:
             executions.changed = False
@@ -456,7 +453,7 @@ class State(Progress):
         """Warns that a static mode, which publishes a whole plan, asks for no approval."""
         if self.interlock.asks:
             self.environment.warn(
-                "~ask_before: nobody is asked to approve an action, because the mode is static, "
+                "~ask_before: no operator is asked to approve an action: the mode is static, "
                 "and publishes a whole plan; take a dynamic mode"
             )
 

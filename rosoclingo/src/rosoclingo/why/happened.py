@@ -151,7 +151,7 @@ class _Teller:
         if whose is None:
             return f"{what} would have been observed of {self._phrases.of(other.of)}"
         actuator, action = whose
-        ended = {SUCCESS: "succeeded", FAILURE: "failed"}.get(what, f"been answered {what}")
+        ended = _ENDS.get(what, f"been answered {what}")
         step = self._step(other) if other in self._beliefs.observed else None
         return f"{action} of {actuator} would have {ended}{_when(step)}"
 

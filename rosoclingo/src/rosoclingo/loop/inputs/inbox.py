@@ -230,20 +230,6 @@ class Inbox:
                 self._changed.notify_all()
             return self._end is None
 
-    def call_after_controls(self, function: Callable[[], None]) -> bool:
-        """Schedules a callback for when the operator's requests that have come are taken.
-
-        As :meth:`call_soon`, but not in a search, which leaves them in the inbox.
-        """
-
-        def call() -> None:
-            if self.has_controls:
-                self.call_soon(call)
-            else:
-                function()
-
-        return self.call_soon(call)
-
     def run_callbacks(self) -> None:
         """Calls the functions of :meth:`call_soon`; called by the loop's thread."""
         since = self._reacting_since
@@ -280,7 +266,7 @@ class Inbox:
     def begin_command(
         self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
     ) -> None:
-        """Called before a command that was decided is carried out; likewise."""
+        """Called before a command that was decided is carried out; a replay's inbox may wait."""
 
     def begin_end(self, waits: Callable[[], None]) -> None:
         """Called before the loop ends; a replay's inbox may wait."""
