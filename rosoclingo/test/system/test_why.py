@@ -127,6 +127,26 @@ def test_a_reason_that_took_too_long_is_looked_for_again(
 
 
 @pytest.mark.costly
+def test_a_question_does_not_wait_for_background_reasons(
+    terminals: Terminals, tmp_path: Path
+) -> None:
+    """Their search is cancelled for it, even if its process stands still, and begins again."""
+    file = tmp_path / "waits.lp"
+    file.write_text(WAITS)
+    node = terminals.start("rosrun", "rosoclingo", "run-1.0.py", "-f", str(file), *PATIENT)
+    feedback = terminals.listen("/rosoclingo", "/rosoclingo/feedback")
+    wait_for(lambda: "/rosoclingo/why" in terminals.names())
+    why(terminals)
+    (process,) = answering(node)
+    os.kill(process, signal.SIGSTOP)
+    send(terminals, "there")
+    feedback.wait_for("waiting in step ")
+    assert why(terminals, "--goal", "there").startswith("There is no plan for there, whatever")
+    assert process not in answering(node)
+    feedback.wait_for("why: There is no plan for there, whatever", PATIENCE)
+
+
+@pytest.mark.costly
 def test_one_node(terminals: Terminals, tmp_path: Path) -> None:
     """A goal is told why it waits; and a node ends while it is asked."""
     file = tmp_path / "waits.lp"

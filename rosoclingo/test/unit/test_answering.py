@@ -334,15 +334,30 @@ def test_who_closes_it_need_not_wait(make: Callable[..., Asked]) -> None:
     assert asked.warnings == []
 
 
-def test_a_question_is_cancelled_for_another_one(make: Callable[..., Asked]) -> None:
+def test_background_questions_are_cancelled_for_a_client(make: Callable[..., Asked]) -> None:
     asked = make(f"connection.send_bytes(b'ready'); {HANGS}")
-    asked.cancel()  # nothing is asked
     with ThreadPoolExecutor(1) as thread:
-        replies = [thread.submit(asked.ask, task()) for _ in range(2)]
-        wait_for(lambda: asked.cancel() or all(reply.done() for reply in replies))
-    assert [reply.result() for reply in replies] == [CANCELED, CANCELED]
+        replies = [thread.submit(asked.ask, task(), is_background=True) for _ in range(2)]
+        wait_for(lambda: asked.pid is not None)
+        assert not replies[0].done()
+        with asked.client_waits():
+            assert [reply.result(PATIENCE) for reply in replies] == [CANCELED, CANCELED]
     assert asked.pid is None
     assert asked.warnings == []
+
+
+@pytest.mark.costly
+def test_a_client_does_not_wait_for_background_questions(make: Callable[..., Asked]) -> None:
+    """Those that come before its question do not even reach the process."""
+    asked = make()
+    assert asked.ask(task()).text == WHY
+    pid = asked.pid
+    with ThreadPoolExecutor(1) as thread, asked.client_waits():
+        waiting = [thread.submit(asked.ask, task(), is_background=True) for _ in range(20)]
+        assert thread.submit(asked.ask, task()).result(PATIENCE).text == WHY
+    assert [reply.result() for reply in waiting] == [CANCELED] * 20
+    assert asked.pid == pid
+    assert asked.ask(task(), is_background=True).text == WHY
 
 
 @pytest.mark.costly

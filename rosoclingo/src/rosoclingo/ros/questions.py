@@ -64,10 +64,9 @@ class Questions:
         self._thread = ThreadPoolExecutor(1, "why")
         self._closed = threading.Event()
         self._past = PastReader()
-        self._lock = threading.Lock()  # guards the next two
+        self._lock = threading.Lock()  # guards the next two; held for moments
         self._noted: Optional[Tuple[str, str]] = None  # the last question with its answer
         self._wanted: Dict[Question, Tuple[Situation, Sequence[Goal]]] = {}  # without being asked
-        self._is_finding = False  # whether a reason is looked for in the background
         self._reasons: Set[Future[None]] = set()  # of the loop's thread
         on_shutdown(self.close)
         self._service = rospy.Service("~why", Why, self._on_request)
@@ -147,10 +146,8 @@ class Questions:
             if question.kind is QuestionKind.HAPPENED:
                 return _response(self._tell_past(question))
             due = time.monotonic() + self._seconds
-            answer = self._thread.submit(self._answer, question, due)
-            while not wait([answer], _POLL_SECONDS).done:
-                self._hold_up_reason()
-            reply = answer.result()
+            with self._process.client_waits():
+                reply = self._thread.submit(self._answer, question, due).result()
         except QuestionError as err:
             reply = WhyReply(ReplyStatus.WRONG, str(err))
         except RuntimeError:  # the thread takes nothing any more
@@ -200,25 +197,15 @@ class Questions:
             return replace(reply, text=" ".join((reply.text, *held)))
         return reply
 
-    def _hold_up_reason(self) -> None:
-        """Cancels the search for a reason, as a client waits; it is looked for again later."""
-        with self._lock:
-            if self._is_finding:
-                self._process.cancel()
-
     def _find_reason(self, question: Question, seconds: float, told: str) -> None:
         """Finds the reason why goals wait or have no plan, and tells it to them.
 
-        If there was no time for that, or only for a part, it is looked for again, for longer.
+        If there was no time for that, or only for a part, it is looked for again, for longer; and
+        if a client's question came first, after that.
         """
         with self._lock:
             situation, goals = self._wanted.pop(question)
-            self._is_finding = True
-        try:
-            reply = self._ask(question, situation, seconds)
-        finally:
-            with self._lock:
-                self._is_finding = False
+        reply = self._ask(question, situation, seconds, is_background=True)
         text = told
         if reply.status is ReplyStatus.ANSWERED:
             text = f"why: {reply.text}"
@@ -231,7 +218,14 @@ class Questions:
             more = seconds * _MORE if reply.is_late else seconds
             self._inbox.call_soon(lambda: self._explain_again(question, goals, more, text))
 
-    def _ask(self, question: Question, situation: Situation, seconds: float) -> WhyReply:
+    def _ask(
+        self,
+        question: Question,
+        situation: Situation,
+        seconds: float,
+        *,
+        is_background: bool = False,
+    ) -> WhyReply:
         """Forwards a question to the process, and adds the answer to the journal."""
         if self._closed.is_set():
             return CLOSED
@@ -240,7 +234,8 @@ class Questions:
             encoding = self._encodings.get()
         except (RosclingoError, OSError) as err:
             return WhyReply(ReplyStatus.UNANSWERED, str(err))
-        reply = self._process.ask(QuestionTask(encoding, situation, question, seconds))
+        task = QuestionTask(encoding, situation, question, seconds)
+        reply = self._process.ask(task, is_background=is_background)
         if reply.status is ReplyStatus.ANSWERED:
             asked = str(question.by_request(dict(situation.goals)))
             self._note_answer(asked, reply, began)

@@ -6,6 +6,7 @@ even so. The other process gives way to everything else (:mod:`.serving`).
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 import signal
@@ -13,7 +14,7 @@ import subprocess
 import sys
 import threading
 from multiprocessing import Pipe
-from typing import Callable, Optional, Sequence
+from typing import Callable, Iterator, Optional, Sequence
 
 from rosoclingo.why.question import MORE_TIME, ReplyStatus, WhyReply, read_reply
 from rosoclingo.why.serving import LOWEST, READY
@@ -29,14 +30,14 @@ CLOSED = WhyReply(ReplyStatus.UNANSWERED, "the node is shutting down")
 """The reply to a question that comes after :meth:`AnsweringProcess.close`."""
 
 CANCELED = WhyReply(ReplyStatus.UNANSWERED, "another question came first")
-"""The reply to a question that :meth:`AnsweringProcess.cancel` has ended."""
+"""The reply to a background question while a client waits."""
 
 
 class AnsweringProcess:
     """A worker process that answers one question after the other.
 
     It is started with the first question, and again if it has ended or had to be ended. One thread
-    asks; all may use :meth:`rest` and :meth:`close`.
+    asks; all may use :meth:`rest`, :meth:`client_waits` and :meth:`close`.
     """
 
     def __init__(
@@ -67,7 +68,9 @@ class AnsweringProcess:
         self._lock = threading.Lock()  # guards these two; held while a process is made
         self._rests = False
         self._asked: Optional[_Child] = None  # whom a question was put to
-        self._rest_lock = threading.Lock()  # guards these two; held for moments only
+        self._is_background = False  # that question
+        self._clients = 0  # that wait
+        self._rest_lock = threading.Lock()  # guards these four; held for moments only
 
     def rest(self, rests: bool) -> None:
         """Pauses or resumes the process if it computes an answer. Thread-safe, does not block."""
@@ -77,18 +80,38 @@ class AnsweringProcess:
                 if self._asked is not None:
                     self._asked.rest(rests)
 
-    def ask(self, task: QuestionTask) -> WhyReply:
-        """Sends a question to the process, and waits for the reply; raises nothing."""
+    def ask(self, task: QuestionTask, *, is_background: bool = False) -> WhyReply:
+        """Sends a question to the process, and waits for the reply; raises nothing.
+
+        Args:
+            task: The question.
+            is_background: Whether it gives way to clients: the reply is CANCELED if one waits.
+        """
+        with self._rest_lock:
+            self._is_background = is_background
+            if is_background and self._clients:
+                return CANCELED
         try:
             return self._ask(task)
         finally:
             self._ask_to(None)
 
-    def cancel(self) -> None:
-        """Ends the process if it computes an answer; the reply is CANCELED then. Thread-safe."""
+    @contextlib.contextmanager
+    def client_waits(self) -> Iterator[None]:
+        """A context in which a client waits, so that background questions are cancelled."""
         with self._rest_lock:
-            if self._asked is not None:
-                self._asked.cancel()
+            self._clients += 1
+            self._give_way()
+        try:
+            yield
+        finally:
+            with self._rest_lock:
+                self._clients -= 1
+
+    def _give_way(self) -> None:
+        """Cancels a background question if a client waits; called with the lock."""
+        if self._asked is not None and self._is_background and self._clients:
+            self._asked.cancel()
 
     def _ask_to(self, child: Optional[_Child]) -> None:
         """Sets the process that computes an answer, and pauses it if that is wanted."""
@@ -98,6 +121,7 @@ class AnsweringProcess:
             self._asked = child
             if child is not None and self._rests:
                 child.rest(True)
+            self._give_way()
 
     def _ask(self, task: QuestionTask) -> WhyReply:
         old = child = self._child
