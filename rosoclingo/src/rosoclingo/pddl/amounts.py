@@ -128,11 +128,7 @@ class Amounts:
         Raises:
             PddlError: It is none; the message says where.
         """
-        amount = self.linear(part, objects, schema)
-        if amount.factors:
-            raise PddlError(f"{part.place}: {shorten(part.text)} changes, and an amount has to be "
-                            "constant")  # fmt: skip
-        return amount.constant
+        return constant_of(part, self.linear(part, objects, schema))
 
     def _computed(self, form: ListForm, objects: Binding, schema: Optional[ActionSchema]) -> Linear:
         amounts = [self.linear(each, objects, schema) for each in form.parts[1:]]
@@ -161,6 +157,18 @@ def _apply(form: ListForm, left: Linear, right: Linear) -> Linear:
     if form.head == "/" and not right.constant:
         raise PddlError(f"{form.place}: {shorten(form.text)} divides by 0")
     return left.times(right.constant if form.head == "*" else 1 / right.constant)
+
+
+def constant_of(part: PddlPart, amount: Linear) -> Fraction:
+    """Returns the value of an expression whose amount is known.
+
+    Raises:
+        PddlError: An action changes it.
+    """
+    if amount.factors:
+        raise PddlError(f"{part.place}: {shorten(part.text)} changes, and an amount has to be "
+                        "constant")  # fmt: skip
+    return amount.constant
 
 
 def ground(form: ListForm, objects: Binding) -> Name:

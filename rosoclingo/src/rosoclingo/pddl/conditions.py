@@ -72,17 +72,16 @@ class _Compiler:
     def __init__(self, domain: ListForm, problem: ListForm, changing: Collection[str]) -> None:
         self._supertypes: Dict[str, str] = {}
         self._objects: Dict[str, str] = {}
-        for part in _sections(domain, ":types"):
+        for part in domain.lists(":types"):
             self._supertypes.update(typed_list(part.parts[1:]))
-        for part in (*_sections(domain, ":constants"), *_sections(problem, ":objects")):
+        for part in (*domain.lists(":constants"), *problem.lists(":objects")):
             self._objects.update(typed_list(part.parts[1:]))
-        actions = list(_sections(domain, *_ACTIONS))
+        actions = list(domain.lists(*_ACTIONS))
         effects = [v for action in actions for k, v in _keys(action) if k.text == ":effect"]
         changed = {f.head for e in effects if isinstance(e, ListForm) for f in e.forms()}
-        declared = [f for part in _sections(domain, ":predicates") for f in part.parts]
-        names = {form.head for form in declared if isinstance(form, ListForm)}
+        names = {f.head for part in domain.lists(":predicates") for f in part.lists()}
         self._static: AbstractSet[str] = names - changed - set(changing)
-        self._facts = {f.text for part in _sections(problem, ":init") for f in part.parts}
+        self._facts = {f.text for part in problem.lists(":init") for f in part.parts}
         self._names = {action.parts[1].text for action in actions if len(action.parts) > 1}
         self._eithers: Dict[str, Tuple[str, ...]] = {}
         self._fresh = itertools.count(1)
@@ -101,7 +100,7 @@ class _Compiler:
     def declared(self, domain: ListForm) -> ListForm:
         """Returns a domain with the predicates that stand for several types."""
         made = [list_form(domain.place, name, "?x") for name in self._eithers]
-        if made and not list(_sections(domain, ":predicates")):
+        if made and not list(domain.lists(":predicates")):
             domain = list_form(domain.place, *domain.parts, list_form(domain.place, ":predicates"))
         return _extended(domain, ":predicates", made)
 
@@ -438,10 +437,6 @@ def _written(action: ListForm, name: PddlPart, changed: Mapping[str, PddlPart]) 
     own = [part for key, value in _keys(action) for part in (key, changed.get(key.text, value))]
     new = [part for key, value in changed.items() if key not in present for part in (key, value)]
     return list_form(action.place, action.parts[0], name, *own, *new)
-
-
-def _sections(form: ListForm, *heads: str) -> Iterator[ListForm]:
-    yield from (p for p in form.parts if isinstance(p, ListForm) and p.head in heads)
 
 
 def _keys(action: ListForm) -> Iterator[Tuple[PddlPart, PddlPart]]:

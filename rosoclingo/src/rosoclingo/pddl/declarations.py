@@ -43,12 +43,10 @@ class _Checker:
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
         self._counts: Dict[str, int] = {}
-        for section in domain.form.parts[1:]:
-            if isinstance(section, ListForm) and section.head in (":predicates", ":functions"):
-                for each in section.parts[1:]:
-                    if isinstance(each, ListForm):
-                        places = [part for part in each.parts if part.text.startswith("?")]
-                        self._counts[each.head] = len(places)
+        for section in domain.form.lists(":predicates", ":functions"):
+            for each in section.lists():
+                places = [part for part in each.parts if part.text.startswith("?")]
+                self._counts[each.head] = len(places)
         self._types: Set[str] = {"object", *domain.supertypes, *domain.supertypes.values()}
         self._objects = {**domain.constants, **problem.objects}
         for name, kind in self._objects.items():
@@ -65,7 +63,7 @@ class _Checker:
     def check(self, form: ListForm, scope: Mapping[str, str]) -> None:
         """Checks a condition, an effect or an amount, in which some variables are known."""
         if form.head == "forall":
-            lists = [part for part in form.parts if isinstance(part, ListForm)]
+            lists = list(form.lists())
             if len(form.parts) != 3 or len(lists) != 2:  # check_formula skips amounts
                 raise PddlError(f"{form.place}: forall has variables and an effect")
             variables, inner = lists

@@ -134,8 +134,7 @@ def read_domain(form: ListForm) -> Domain:
     found = sections(form, "domain")
     actions = tuple(
         _durative(each) if each.head == ":durative-action" else _instantaneous(each)
-        for each in form.parts[1:]
-        if isinstance(each, ListForm) and each.head in (":action", ":durative-action")
+        for each in form.lists(":action", ":durative-action")
     )
     _refuse_required_concurrency(actions)
     types = typed_list(found[":types"].parts[1:]) if ":types" in found else {}
@@ -168,7 +167,7 @@ def read_problem(form: ListForm) -> Problem:
                 raise PddlError(f"{part.place}: {shorten(text)} has a value already, at "
                                 f"{places[text]}: say one")  # fmt: skip
             numbers[text], places[text] = _value(part.parts[2]), part.place
-        elif any(isinstance(inner, ListForm) for inner in part.parts):
+        elif any(part.lists()):
             raise PddlError(
                 f"{part.place}: {shorten(part.text)} in :init is not understood: there can be "
                 "(PREDICATE OBJECT...) and (= (FUNCTION OBJECT...) NUMBER)"
@@ -333,9 +332,7 @@ def _conjuncts(form: ListForm) -> List[ListForm]:
     """Returns the parts of a conjunction, those of inner ones, too."""
     if form.head != "and":
         return [form] if form.parts else []
-    return [
-        each for part in form.parts[1:] if isinstance(part, ListForm) for each in _conjuncts(part)
-    ]
+    return [each for part in form.lists() for each in _conjuncts(part)]
 
 
 def _without(
@@ -406,8 +403,7 @@ def _refuse_required_concurrency(actions: Sequence[ActionSchema]) -> None:
     for action in actions:
         for atom in action.brief:
             for other in actions:
-                needed = [f for f in other.precondition.parts if f.text.startswith("(")]
-                if atom.head in [f.head for f in needed if isinstance(f, ListForm)]:
+                if any(other.precondition.lists(atom.head)):
                     raise PddlError(
                         f"{atom.place}: {shorten(atom.text)} holds only while {action.name} lasts, "
                         f"and {other.name} needs it: no action begins within another one"

@@ -43,13 +43,19 @@ class ListForm:
         """The list as it stands in a file, on one line."""
         return f"({' '.join(part.text for part in self.parts)})"
 
+    def lists(self, *heads: str) -> Iterator[ListForm]:
+        """Yields its parts that are lists: those that begin with some words, or all."""
+        for part in self.parts:
+            if isinstance(part, ListForm) and (not heads or part.head in heads):
+                yield part
+
     def forms(self) -> Iterator[ListForm]:
         """Yields this list and all those in it, in the order of the file."""
         open_forms = [self]
         while open_forms:
             form = open_forms.pop()
             yield form
-            open_forms.extend(part for part in reversed(form.parts) if isinstance(part, ListForm))
+            open_forms.extend(reversed([*form.lists()]))
 
 
 def list_form(place: str, *parts: Union[str, Word, ListForm]) -> ListForm:

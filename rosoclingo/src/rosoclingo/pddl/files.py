@@ -13,7 +13,7 @@ from rosoclingo.pddl.conditions import compile_conditions
 from rosoclingo.pddl.declarations import check_declarations
 from rosoclingo.pddl.domain import Domain, Problem, read_domain, read_problem
 from rosoclingo.pddl.encoding import GOAL, Encoder
-from rosoclingo.pddl.expressions import ListForm, PddlError, read_file
+from rosoclingo.pddl.expressions import PddlError, read_file
 from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Numbers
 from rosoclingo.pddl.translator import translate
@@ -142,11 +142,7 @@ def _library() -> Path:
 
 
 def _check_function(domain: Domain, name: str) -> None:
-    sections = [part for part in domain.form.parts if isinstance(part, ListForm)]
-    functions = [part for part in sections if part.head == ":functions"]
-    known = sorted(
-        {f.head for section in functions for f in section.parts if isinstance(f, ListForm)}
-    )
+    known = sorted({f.head for each in domain.form.lists(":functions") for f in each.lists()})
     if name not in known:
         there = f"there are {', '.join(known)}" if known else "there are none"
         raise PddlError(f"--most {name}: there is no such function; {there}")

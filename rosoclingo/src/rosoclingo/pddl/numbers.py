@@ -26,6 +26,7 @@ from rosoclingo.pddl.amounts import (
     Binding,
     Linear,
     Name,
+    constant_of,
     ground,
     key,
     name_text,
@@ -243,18 +244,14 @@ class Numbers:
             by = {"increase": 1, "decrease": -1}.get(form.head)
             if by is None and amount.factors == {name: Fraction(1)}:  # (assign X (+ X 1))
                 by, amount = 1, Linear({}, amount.constant)
-            if amount.factors:
-                raise PddlError(
-                    f"{form.parts[2].place}: {shorten(form.parts[2].text)} changes, and an amount "
-                    "has to be constant"
-                )
+            constant = constant_of(form.parts[2], amount)
             is_new = name not in found
             change = found.setdefault(name, _Change())
             change.place, change.text = form.parts[2].place, form.parts[2].text
             if by is not None and change.value is None:
-                change.by += by * amount.constant
+                change.by += by * constant
             elif by is None and is_new:
-                change.value = amount.constant
+                change.value = constant
             else:
                 raise PddlError(
                     f"{form.place}: {schema.name} assigns {name_text(name)}, and changes it "

@@ -127,9 +127,7 @@ def check_formula(part: PddlPart, where: str, *, within: bool = False) -> None:
 
 def is_comparison(form: ListForm) -> bool:
     """Tells whether a condition compares numbers."""
-    return form.head in COMPARISONS or (
-        form.head == "=" and any(isinstance(part, ListForm) for part in form.parts)
-    )
+    return form.head in COMPARISONS or (form.head == "=" and any(form.lists()))
 
 
 def is_change(form: ListForm) -> bool:
@@ -140,10 +138,9 @@ def is_change(form: ListForm) -> bool:
 def _check_atom(part: ListForm) -> None:
     if not part.head:
         raise PddlError(f"{part.place}: a predicate is expected in {shorten(part.text)}")
-    for each in part.parts[1:]:
-        if isinstance(each, ListForm):
-            raise PddlError(f"{each.place}: {shorten(each.text)} is not understood: "
-                            f"{part.head} has names of objects and variables")  # fmt: skip
+    for each in part.lists():
+        raise PddlError(f"{each.place}: {shorten(each.text)} is not understood: {part.head} has "
+                        "names of objects and variables")  # fmt: skip
 
 
 def not_understood(place: str, name: str, known: FrozenSet[str]) -> PddlError:

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Collection, Dict, List, Sequence, Tuple
+from typing import Collection, List, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import Domain, Problem
@@ -22,9 +22,7 @@ from rosoclingo.seed.downward import (
 
 _MODULES = ("translate", "fast_downward.translate")  # of up-fast-downward 0.5 and 1.0
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
-_MET = (
-    "changes-goal"  # the fact that is the goal for the translator, if there are numbers in it only
-)
+_MET = "changes-goal"  # the fact that is the translator's goal if the goal has numbers alone
 
 
 def fast_downward() -> Path:
@@ -123,7 +121,7 @@ def _without_goal(task: TranslatedTask) -> TranslatedTask:
 
 def _sections(form: ListForm, *names: str) -> List[str]:
     """Returns the sections that stay as they are, in the order that the translator expects."""
-    found = {part.head: part.text for part in form.parts if isinstance(part, ListForm)}
+    found = {part.head: part.text for part in form.lists()}
     return [found[name] for name in names if name in found]
 
 
@@ -146,10 +144,8 @@ def _domain_text(domain: Domain, changing: Collection[str], is_numeric: bool) ->
 
 def _changes(domain: Domain, changing: Collection[str]) -> List[str]:
     """Returns actions that change facts, so that the translator has variables of them."""
-    predicates: Dict[str, ListForm] = {}
-    for section in domain.form.parts[1:]:
-        if isinstance(section, ListForm) and section.head == ":predicates":
-            predicates = {part.head: part for part in section.parts if isinstance(part, ListForm)}
+    sections = domain.form.lists(":predicates")
+    predicates = {part.head: part for section in sections for part in section.lists()}
     actions = []
     for name in changing:
         if name not in predicates:
