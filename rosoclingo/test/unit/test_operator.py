@@ -173,7 +173,7 @@ def test_an_actuator_on_hold(mode: str) -> None:
 def test_an_answer_to_what_is_held_is_dropped(system: Operated) -> None:
     system.tell("robot", "success")
     system.run()
-    assert "nobody has told it to begin" in system.warnings[-1]
+    assert "and has not begun" in system.warnings[-1]
     assert system.held
 
 

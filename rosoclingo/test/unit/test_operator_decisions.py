@@ -75,6 +75,15 @@ class Fleet(System):
     def go_on(self) -> None:
         assert self.run() is None
 
+    def plan(self, request: str) -> Request:
+        goal = self.request(request)
+        self.go_on()
+        return goal
+
+    def call_off(self, goal: Request) -> None:
+        self.cancel(goal)
+        self.go_on()
+
     @property
     def held(self) -> List[Tuple[str, str, HoldReason]]:
         return [one[:3] for one in self.shown[-1].held] if self.shown else []
@@ -91,8 +100,7 @@ def both(mode: str, **parameters: Any) -> Fleet:
     """Returns two robots whose first actions wait for an approval."""
     fleet = Fleet(mode, ask_before=ALL, **parameters)
     fleet.request("clean(r1,1)")
-    fleet.request("clean(r2,1)")
-    fleet.go_on()
+    fleet.plan("clean(r2,1)")
     assert fleet.held == [
         ("r1", "go(1)", HoldReason.APPROVAL),
         ("r2", "go(1)", HoldReason.APPROVAL),
@@ -144,8 +152,7 @@ def test_what_is_not_held_is_refused(word: Control, actuator: str, action: str, 
 def test_a_token_of_the_past_is_refused(mode: str) -> None:
     """The same action is held again, as another one."""
     fleet = Fleet(mode, ask_before=ALL)
-    fleet.request("clean(r1,1)")
-    fleet.go_on()
+    fleet.plan("clean(r1,1)")
     old = fleet.token("r1")
     fleet.after(Control.REJECT, "r1", token=old)
     assert fleet.held == [("r1", "go(1)", HoldReason.REJECTED)]
@@ -229,11 +236,9 @@ def test_a_cancelled_goal_ends_without_what_was_held(mode: str, how: str) -> Non
     fleet = Fleet(mode, ask_before=ALL if how == "approval" else ())
     if how != "approval":
         fleet.say(Control.PAUSE if how == "pause" else Control.HOLD, "" if how == "pause" else "r1")
-    goal = fleet.request("clean(r1,2)")
-    fleet.go_on()
+    goal = fleet.plan("clean(r1,2)")
     assert fleet.held
-    fleet.cancel(goal)
-    fleet.go_on()
+    fleet.call_off(goal)
     assert canceled(goal)
     assert fleet.held == []
     assert fleet.published == []
@@ -243,8 +248,7 @@ def test_a_cancelled_goal_ends_without_what_was_held(mode: str, how: str) -> Non
 def test_what_serves_another_goal_stays_the_same_action(mode: str) -> None:
     fleet = both(mode)
     token = fleet.token("r2")
-    fleet.cancel(fleet.goals[0])
-    fleet.go_on()
+    fleet.call_off(fleet.goals[0])
     assert canceled(fleet.goals[0])
     assert fleet.held == [("r2", "go(1)", HoldReason.APPROVAL)]
     assert fleet.token("r2") == token
@@ -254,23 +258,19 @@ def test_what_serves_another_goal_stays_the_same_action(mode: str) -> None:
 
 def test_what_the_encoding_wants_to_be_brought_back_is_planned(mode: str) -> None:
     fleet = Fleet(mode, "brings=1", ask_before=("clean(*)",))
-    goal = fleet.request("clean(r1,2)")
-    fleet.go_on()
+    goal = fleet.plan("clean(r1,2)")
     assert fleet.held == [("r1", "clean(2)", HoldReason.APPROVAL)]
-    fleet.cancel(goal)
-    fleet.go_on()
+    fleet.call_off(goal)
     assert canceled(goal)
     assert fleet.published == [("r1", f"go({place})") for place in (1, 2, 1, 0)]
 
 
 def test_it_ends_when_that_was_approved_and_done(mode: str) -> None:
     fleet = Fleet(mode, "brings=1", ask_before=ALL)
-    goal = fleet.request("clean(r1,2)")
-    fleet.go_on()
+    goal = fleet.plan("clean(r1,2)")
     for place in (1, 2):
         assert fleet.after(Control.APPROVE, "r1", f"go({place})").is_done
-    fleet.cancel(goal)
-    fleet.go_on()
+    fleet.call_off(goal)
     for place in (1, 0):
         assert not goal.ended
         assert fleet.held == [("r1", f"go({place})", HoldReason.APPROVAL)]
@@ -284,10 +284,8 @@ def test_it_waits_for_what_has_begun(mode: str) -> None:
             return False
 
     fleet = Slow(mode)
-    goal = fleet.request("clean(r1,1)")
-    fleet.go_on()
-    fleet.cancel(goal)
-    fleet.go_on()
+    goal = fleet.plan("clean(r1,1)")
+    fleet.call_off(goal)
     assert not goal.ended
 
 
@@ -296,15 +294,12 @@ def test_events_that_are_facts(mode: str) -> None:
     """Which no planner takes back: it begins again, or what is held counts as failed."""
     name = "line_1.0.lp" if mode == SINGLE else "line_demand.lp"
     fleet = Fleet(mode, encoding=f"{EXAMPLES}/{name}", ask_before=("go(*)",))
-    goal = fleet.request("visit(3)")
-    fleet.go_on()
+    goal = fleet.plan("visit(3)")
     assert fleet.held
-    fleet.cancel(goal)
-    fleet.go_on()
+    fleet.call_off(goal)
     assert canceled(goal)
     assert fleet.held == []
-    after = fleet.request("visit(2)")
-    fleet.go_on()
+    after = fleet.plan("visit(2)")
     fleet.after(Control.APPROVE)
     assert after.words[-1] == "succeeded"
 
@@ -314,8 +309,7 @@ def test_events_that_are_facts(mode: str) -> None:
 
 def rejected(mode: str = DYN_RESET, **parameters: Any) -> Fleet:
     fleet = Fleet(mode, ask_before=("clean(*)",), **parameters)
-    fleet.request("clean(r1,1)")
-    fleet.go_on()
+    fleet.plan("clean(r1,1)")
     assert fleet.after(Control.REJECT, "r1", "clean(1)").is_done
     return fleet
 
@@ -356,8 +350,7 @@ def test_it_is_asked_again_when_something_has_changed(mode: str, what: str) -> N
     elif what == "message":
         fleet.tell("info", "weather(3)")
     else:
-        other = fleet.request("clean(r1,3)")
-        fleet.go_on()
+        other = fleet.plan("clean(r1,3)")
         fleet.after(Control.REJECT, "r1")
         fleet.cancel(other)
     fleet.go_on()
@@ -377,10 +370,8 @@ def test_an_answer_to_another_action_changes_something() -> None:
 
 def test_what_is_planned_instead_is_shown() -> None:
     fleet = Fleet(DYN_RESET, ask_before=("clean(2)",))
-    fleet.request("clean(r1,2)")
-    fleet.go_on()
-    fleet.request("clean(r1,3)")
-    fleet.go_on()
+    fleet.plan("clean(r1,2)")
+    fleet.plan("clean(r1,3)")
     before: Optional[HeldAction] = next(iter(fleet.shown[-1].held), None)
     assert before is not None
     fleet.after(Control.REJECT, "r1", "clean(2)")

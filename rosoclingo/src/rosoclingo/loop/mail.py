@@ -142,7 +142,7 @@ class Mail(MailState):
         self._answered = answered
         self._controlled = controlled
         self._fail = fail
-        self._held: List[Taken] = []  # nobody can say yet whether the planner knows it
+        self._held: List[Taken] = []  # of which it is not known yet whether the planner knows it
         self._command_began: Optional[float] = None  # that which is carried out
         self._backoff = Backoff()
         self._pace = Pace()
@@ -471,7 +471,7 @@ class Mail(MailState):
             what = "a retry" if actor.pauses else "an operator"
             dropped.append(
                 f"{journal.naming(source, value)}its action {shorten(actor.action)} waits for "
-                f"{what}, and nobody has told it to begin"
+                f"{what}, and has not begun"
             )
             return False
         if actor and is_answer and message.sender != _OPERATOR:
