@@ -66,15 +66,8 @@ class OperatorDecisions:
     @classmethod
     def of_message(cls, message: Any) -> OperatorDecisions:
         """Reads a ``ROSoClingoHeld``, which in an older bag has less fields."""
-        return cls.read(
-            message.paused,
-            message.on_hold,
-            message.held,
-            message.reasons,
-            tokens=getattr(message, "tokens", ()),
-            rejected=getattr(message, "rejected", ()),
-            instead=getattr(message, "instead", ()),
-        )
+        newer = {name: getattr(message, name, ()) for name in ("tokens", "rejected", "instead")}
+        return cls.read(message.paused, message.on_hold, message.held, message.reasons, **newer)
 
 
 def _rows(atoms: Sequence[str], words: Sequence[str]) -> List[Optional[HeldRow]]:

@@ -7,41 +7,32 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, wraps
 from typing import (
+    Any,
     Callable,
     Deque,
     Iterator,
     List,
-    Mapping,
     NamedTuple,
     Optional,
     Sequence,
     Tuple,
+    TypeVar,
     Union,
+    cast,
 )
 
 from rosoclingo.errors import StoreError
-from rosoclingo.loop.journal import (
-    ControlArrived,
-    ControlOutcome,
-    Entry,
-    Reason,
-    Record,
-    Status,
-    StatusSet,
-)
-from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.values.arrivals import ExpectedArrival
-from rosoclingo.loop.values.atoms import Action
-from rosoclingo.loop.values.beliefs import Beliefs
+from rosoclingo.loop.journal import Entry, Reason, Record, Status, StatusSet
 from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.execution import Execution, OperatorState
-from rosoclingo.loop.values.goals import Goal, GoalClient
+from rosoclingo.loop.values.goals import GoalClient
 from rosoclingo.store.store import Changes, Store
 
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+
 _URGENT = ("dispatch", "publication")
-"""The effects that are let out first, because somebody waits for them."""
+"""The effects that are let out first, because actuators wait for them."""
 
 
 _FOR_OPERATORS = ("held", "answer to an operator")
@@ -61,6 +52,26 @@ class HeldEffect(NamedTuple):
     let_out: Callable[[], None]
     action: Optional[Tuple[str, str]] = None
     change: Optional[StatusSet] = None
+
+
+def _held(kind: str, method: _Method) -> _Method:
+    """Returns a method of the outbox that holds an effect: the same method of its environment."""
+
+    @wraps(method)
+    def hold(self: Outbox, *args: Any) -> None:
+        self.add(HeldEffect(kind, partial(getattr(self._environment, method.__name__), *args)))
+
+    return cast(_Method, hold)
+
+
+def _passed_on(method: _Method) -> _Method:
+    """Returns a method of the outbox that calls the same method of its environment at once."""
+
+    @wraps(method)
+    def call(self: Outbox, *args: Any) -> Any:
+        return getattr(self._environment, method.__name__)(*args)
+
+    return cast(_Method, call)
 
 
 class Outbox(Environment):
@@ -104,76 +115,29 @@ class Outbox(Environment):
 
     # What the loop calls.
 
-    def now(self) -> float:
-        """Returns the environment's time."""
-        return self._environment.now()
+    now = _passed_on(Environment.now)
+    world_now = _passed_on(Environment.world_now)
+    begin_to_wait = _passed_on(Environment.begin_to_wait)
+    miss_plan = _passed_on(Environment.miss_plan)
+    finish_reasons = _passed_on(Environment.finish_reasons)
+    info = _passed_on(Environment.info)
+    warn = _passed_on(Environment.warn)
 
-    def world_now(self) -> float:
-        """Returns the time where actuators act."""
-        return self._environment.world_now()
+    show_executions = _held("dispatch", Environment.show_executions)
+    show_held = _held("held", Environment.show_held)
+    answer_control = _held("answer to an operator", Environment.answer_control)
+    show_plan = _held("plan", Environment.show_plan)
+    show_quality = _held("plan", Environment.show_quality)
+    show_beliefs = _held("beliefs", Environment.show_beliefs)
 
     def publish(self, actuator: str, action: str) -> None:
         """Sends an action."""
         out = (actuator, action)
         self.add(HeldEffect("publication", partial(self._environment.publish, *out), action=out))
 
-    def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
-        """Publishes the last action of each actuator."""
-        show = partial(self._environment.show_executions, run, executions)
-        self.add(HeldEffect("dispatch", show))
-
-    def show_held(self, decided: OperatorState) -> None:
-        """Publishes what an operator has decided, and what waits for that."""
-        self.add(HeldEffect("held", partial(self._environment.show_held, decided)))
-
-    def answer_control(self, request: ControlArrived, outcome: ControlOutcome) -> None:
-        """Answers an operator's request."""
-        answer = partial(self._environment.answer_control, request, outcome)
-        self.add(HeldEffect("answer to an operator", answer))
-
-    def show_plan(
-        self,
-        step: int,
-        horizon: int,
-        actions: Sequence[Action],
-        arrivals: Sequence[ExpectedArrival] = (),
-    ) -> None:
-        """Publishes the plan."""
-        show = partial(self._environment.show_plan, step, horizon, actions, arrivals)
-        self.add(HeldEffect("plan", show))
-
-    def show_quality(self, quality: Optional[Quality]) -> None:
-        """Publishes the plan's quality."""
-        self.add(HeldEffect("plan", partial(self._environment.show_quality, quality)))
-
-    def show_beliefs(self, beliefs: Beliefs, since: Mapping[str, float]) -> None:
-        """Publishes beliefs."""
-        show = partial(self._environment.show_beliefs, beliefs, since)
-        self.add(HeldEffect("beliefs", show))
-
-    def begin_to_wait(self, goals: Sequence[Goal]) -> None:
-        """Passes on that there is no action for goals now."""
-        self._environment.begin_to_wait(goals)
-
-    def miss_plan(self, goals: Sequence[Goal]) -> None:
-        """Passes on that there is no plan for goals."""
-        self._environment.miss_plan(goals)
-
-    def finish_reasons(self) -> None:
-        """Waits for explanations under way."""
-        self._environment.finish_reasons()
-
     def note(self, record: Record) -> None:
         """Adds an event to the journal."""
         self.add(Entry(record.event, record.step, record.horizon, seconds=time.time()))
-
-    def info(self, text: str) -> None:
-        """Logs information."""
-        self._environment.info(text)
-
-    def warn(self, text: str) -> None:
-        """Logs a warning."""
-        self._environment.warn(text)
 
     # What lets it out.
 
