@@ -72,7 +72,7 @@ class RosEnvironment(Environment):
     Attributes:
         questions: Explains to goals why they wait; None if nothing does.
         told: The number of the last action of each actuator that was told something.
-        held: What an operator has decided, as it was published last.
+        decided: An operator's decisions, as they were published last.
         answered_control: Called by the loop's thread with the outcome of an operator's request,
             which is the one that was put into the inbox.
     """
@@ -85,7 +85,7 @@ class RosEnvironment(Environment):
         """
         self.questions: Optional[Questions] = None
         self.told: Mapping[str, int] = {}  # is replaced as a whole
-        self.held = ROSoClingoHeld()
+        self.decided = OperatorState()
         self.answered_control: Callable[[journal.ControlArrived, journal.ControlOutcome], None] = (
             lambda *_: None
         )
@@ -121,7 +121,8 @@ class RosEnvironment(Environment):
     def show_held(self, decided: OperatorState) -> None:
         """Publishes to ``~held``."""
         held, rejected = decided.held, decided.rejected
-        self.held = ROSoClingoHeld(
+        self.decided = decided
+        self._held.publish(
             decided.is_paused,
             list(decided.on_hold),
             [f"do({one.actuator},{one.action})" for one in held],
@@ -130,7 +131,6 @@ class RosEnvironment(Environment):
             [f"do({one.actuator},{one.action})" for one in rejected],
             ["" if one.instead is None else str(one.instead) for one in rejected],
         )
-        self._held.publish(self.held)
 
     def answer_control(
         self, request: journal.ControlArrived, outcome: journal.ControlOutcome

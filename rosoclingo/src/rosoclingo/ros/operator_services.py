@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import threading
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
+from concurrent.futures import Future, wait
+from typing import Callable, Dict, List, Optional, Tuple
 
 import rospy
 from std_srvs.srv import Trigger
 
 from rosclingo.errors import TermError
 from rosclingo.limits import too_long
-from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import Control, ControlArrived, ControlOutcome
 from rosoclingo.loop.values.atoms import canonical
-from rosoclingo.loop.values.execution import HoldReason
-from rosoclingo.msg import ROSoClingoHeld
+from rosoclingo.loop.values.execution import HoldReason, OperatorState
 from rosoclingo.ros.environment import RosEnvironment
 from rosoclingo.srv import ControlActuator, ControlActuatorRequest
 
@@ -49,7 +47,8 @@ class OperatorServices:
         self._inbox = inbox
         self._environment = environment
         self._is_dynamic = is_dynamic
-        self._pending: Dict[int, _Pending] = {}  # by the ids of requests in Python
+        # By the ids of requests in Python.
+        self._pending: Dict[int, Future[ControlOutcome]] = {}
         environment.answered_control = self._answer
         self._services: Dict[Control, rospy.Service] = {
             word: rospy.Service(f"~{word}", Trigger, lambda _, word=word: self._of_run(word))
@@ -63,8 +62,7 @@ class OperatorServices:
     def _answer(self, request: ControlArrived, outcome: ControlOutcome) -> None:
         pending = self._pending.pop(id(request), None)
         if pending is not None:
-            pending.outcome = outcome
-            pending.is_answered.set()
+            pending.set_result(outcome)
 
     def _of_run(self, word: Control) -> Tuple[bool, str]:
         return self._ask([ControlArrived(word)])
@@ -76,17 +74,15 @@ class OperatorServices:
         try:
             actuator, action = (canonical(t) if t else "" for t in (asked.actuator, asked.action))
         except TermError as err:
-            return (
-                False,
-                f"{err}; an actuator is a ground term, such as robot(2), and so is an action",
-            )
+            reason = f"{err}; an actuator is a ground term, such as robot(2), and so is an action"
+            return False, reason
         if word in _OF_ACTUATOR and not actuator:
             return False, f"{word} of which actuator? ~{Control.PAUSE} is for all of them"
         request = ControlArrived(word, actuator, action=action, token=asked.token)
         if word in _OF_ACTUATOR or actuator:
             return self._ask([request])
-        shown = _held(self._environment.held)
-        fitting = [one for one in shown if action in ("", one.action)]
+        decided = self._environment.decided
+        fitting = [one for one in decided.held if action in ("", one.action)]
         fitting = [one for one in fitting if asked.token in (0, one.token)]
         is_for_all = not (action or asked.token)
         if is_for_all and word is Control.APPROVE:
@@ -94,7 +90,7 @@ class OperatorServices:
         if not (fitting or is_for_all):
             return self._ask([request])  # which is refused, with the reason
         if not fitting:
-            return False, f"no action waits for that; {_describe(self._environment.held)}"
+            return False, f"no action waits for that; {_describe(decided)}"
         if not is_for_all and len(fitting) > 1:
             named = " and ".join(one.actuator for one in fitting)
             return False, f"{action} is held for {named}: name the actuator, or the token in ~held"
@@ -113,7 +109,7 @@ class OperatorServices:
         """
         if not self._is_dynamic():
             return False, f"{_ENDED}, or its mode is static: it publishes a whole plan"
-        pending = [_Pending() for _ in requests]
+        pending: List[Future[ControlOutcome]] = [Future() for _ in requests]
         for request, one in zip(requests, pending):
             self._pending[id(request)] = one
         try:
@@ -126,58 +122,33 @@ class OperatorServices:
             for request in requests:
                 self._pending.pop(id(request), None)
         said = [one.text for one in outcomes if one is not None]
-        how = _describe(self._environment.held)
+        how = _describe(self._environment.decided)
         is_of_run = requests[0].control in (*_OF_RUN, *_OF_ACTUATOR)
         if None in outcomes:
             said, how = ["taken when the command ends that is carried out now"], ""
         words = [how, *said] if is_of_run else [*said, how]
         return all(one is None or one.is_done for one in outcomes), "; ".join(filter(None, words))
 
-    def _wait(self, request: ControlArrived, pending: _Pending) -> Optional[ControlOutcome]:
+    def _wait(
+        self, request: ControlArrived, pending: Future[ControlOutcome]
+    ) -> Optional[ControlOutcome]:
         """Returns the outcome of a request; None if it will be done for certain."""
         is_certain = request.control not in _OF_ACTION and not (request.action or request.token)
         waited = 0.0
-        while not pending.is_answered.wait(_LOOK_SECONDS):
+        while not wait([pending], _LOOK_SECONDS).done:
             waited += _LOOK_SECONDS
             is_over = rospy.is_shutdown() or not self._inbox.call_soon(lambda: None)
-            if (is_over or self._inbox.closed) and not pending.is_answered.is_set():
+            if (is_over or self._inbox.closed) and not pending.done():
                 return ControlOutcome(False, _ENDED)
             if is_certain and waited >= _TAKEN_SECONDS:
                 return None
-        return pending.outcome
+        return pending.result()
 
 
-class _Pending:
-    """A request that the loop has not answered yet.
-
-    Attributes:
-        is_answered: Set when it has.
-        outcome: What has become of it.
-    """
-
-    def __init__(self) -> None:
-        self.is_answered = threading.Event()
-        self.outcome = ControlOutcome(False, _ENDED)
-
-
-class _Held(NamedTuple):
-    actuator: str
-    action: str
-    reason: str
-    token: int
-
-
-def _held(decided: ROSoClingoHeld) -> List[_Held]:
-    """Returns the actions that are held, as they were published."""
-    rows: Any = zip(decided.held, decided.reasons, decided.tokens)
-    terms = [(split_term(atom)[1], reason, token) for atom, reason, token in rows]
-    return [_Held(actuator, action, *rest) for (actuator, action), *rest in terms]
-
-
-def _describe(decided: ROSoClingoHeld) -> str:
-    """Returns what an operator has decided, in a line."""
-    said = ["paused" if decided.paused else "running"]
+def _describe(decided: OperatorState) -> str:
+    """Returns an operator's decisions in a line."""
+    said = ["paused" if decided.is_paused else "running"]
     if decided.on_hold:
         said.append(f"on hold: {', '.join(decided.on_hold)}")
-    held = [f"{one} ({reason})" for one, reason in zip(decided.held, decided.reasons)]
+    held = [f"do({one.actuator},{one.action}) ({one.reason})" for one in decided.held]
     return "; ".join([*said, *([f"held: {', '.join(held)}"] if held else [])])
