@@ -17,6 +17,7 @@ from test_replay_inbox import replay_alike
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.bags.replay.kills import KillSchedule
+from rosoclingo.bags.replay.replays import ExactReplay
 from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledKind
 from rosoclingo.loop.journal import (
     ARRIVALS,
@@ -113,3 +114,16 @@ def test_what_a_loop_has_taken_is_not_for_the_one_after_its_kill() -> None:
     assert [due.key for due in schedule.dues] == [
         ("goal", "g", ""), ("cancel", "g", ""), ("message", "robot", "success"),
     ]  # fmt: skip
+
+
+def test_an_input_of_a_wait_that_was_lost_is_sent_before_the_statuses_of_its_decision() -> None:
+    """They come when the loop decides, before which it is killed, and has the input."""
+    journal = Journal().goal("g", "visit(1)").command("assign_messages(1)")
+    journal.status("g", "succeeded", "1").add("waiting").message("info", "open(5)")
+    journal.add("resumed", LOOP).add("waiting").message("info", "open(6)").command("idle")
+    replay = ExactReplay(Run(journal.entries), kills=True)
+    sent = [replay.due(0.0)]
+    for entry in journal.entries[:2]:
+        replay.see(entry, 0.0)
+    sent += [replay.due(0.0), replay.due(0.0)]
+    assert [None if one is None else one.key[2] for one in sent] == ["", "open(5)", None]
