@@ -298,6 +298,74 @@ def test_a_cancel_request_for_all_is_for_those_that_wait(unserved: Batches, stam
     assert len(unserved.cancels) <= 1 + 100 // most
 
 
+class Failing(Batches):
+    """A server whose application fails once it has accepted the first goal of a batch."""
+
+    def _on_goals(self, handles: List[Any]) -> None:
+        super()._on_goals(handles)
+        if "bad" in self.goals[-1]:
+            handles[0].set_accepted()
+            raise ValueError("a bug")
+
+    def _on_cancels(self, handles: List[Any]) -> None:
+        super()._on_cancels(handles)
+        raise ValueError("a bug")
+
+    def statuses(self) -> Dict[str, Tuple[int, str]]:
+        """The status and text of each goal in the last list that was published."""
+        lists = [message.status_list for message in self.server.status_pub.sent[-1:]]
+        return {one.goal_id.id: (one.status, one.text) for last in lists for one in last}
+
+
+@pytest.fixture
+def failing(topics: object, monkeypatch: pytest.MonkeyPatch) -> Failing:
+    monkeypatch.setattr(rospy, "logerr", lambda *_, **__: None)
+    return Failing()
+
+
+def test_goals_end_with_the_error_of_the_application(failing: Failing) -> None:
+    """What it has not accepted is rejected, and what comes afterwards is taken."""
+    failing.server._rejected = msg.TestResult(9)
+    with failing.server.lock:  # so that they come together
+        failing.send("good", "bad", "other")
+    results = failing.server.result_pub
+    results.wait_for(2)
+    internal = (GoalStatus.REJECTED, "internal error: ValueError('a bug')")
+    wait_for(lambda: failing.statuses().get("other") == internal)
+    assert failing.statuses()["bad"] == internal
+    assert failing.statuses()["good"] == (GoalStatus.ACTIVE, "")
+    assert [one.result.result for one in results.sent] == [9, 9]
+    failing.send("later")
+    wait_for(lambda: failing.taken() == ["good", "bad", "other", "later"])
+
+
+def test_a_goal_that_cannot_be_entered_is_rejected_alone(
+    failing: Failing, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add = failing.server._add
+
+    def fail_once(tracker: Any) -> Any:
+        if tracker.status.goal_id.id == "other":
+            monkeypatch.setattr(failing.server, "_add", add)
+            raise ValueError("a bug")
+        return add(tracker)
+
+    monkeypatch.setattr(failing.server, "_add", fail_once)
+    with failing.server.lock:
+        failing.send("good", "other", "later")
+    internal = (GoalStatus.REJECTED, "internal error: ValueError('a bug')")
+    wait_for(lambda: failing.statuses().get("other") == internal)
+    wait_for(lambda: failing.taken() == ["good", "later"])
+
+
+def test_a_cancel_request_at_which_the_application_fails_is_withdrawn(failing: Failing) -> None:
+    failing.send("good")
+    wait_for(lambda: failing.taken() == ["good"])
+    with pytest.raises(ValueError, match="a bug"):
+        failing.server.internal_cancel_callback(GoalID(id="good"))
+    assert failing.statuses()["good"][0] == GoalStatus.PENDING
+
+
 def test_ids_that_are_too_long_are_dropped(topics: object, monkeypatch: pytest.MonkeyPatch) -> None:
     said: List[Any] = []
     monkeypatch.setattr(rospy, "logwarn", lambda *words: said.append(words))

@@ -9,6 +9,7 @@ import os
 import re
 import signal
 import subprocess
+from functools import partial
 from pathlib import Path
 from typing import List
 
@@ -263,6 +264,45 @@ def test_a_run_with_kills_is_recorded_shown_and_replayed(
         assert replay.wait() == 0, replay.output
         assert "no difference at level exact: 2 goals, 5 steps" in replay.output
         assert said in replay.output
+        assert "Traceback" not in replay.output
+
+
+def test_deaths_after_an_operator_has_let_go_are_replayed(
+    terminals: Terminals, tmp_path: Path
+) -> None:
+    """Nodes die while a robot does what was approved; the controller also as rosoclingo is back."""
+    bag = tmp_path / "run.bag"
+    launch = system(
+        terminals, tmp_path / "my run.store", "rosoclingo", f"record:={bag}", "ask_before:=go(*)"
+    )
+    launch.wait_for("recording /rosoclingo in")
+    robot = terminals.start("python", "-c", ROBOT, "1")
+    client = terminals.start("python", "-c", CLIENT, "visit(4)")
+
+    def approves(cell: int) -> bool:
+        request = f"{{actuator: robot, action: 'go({cell})', token: 0}}"
+        call = terminals.run("rosservice", "call", "/rosoclingo/approve", request)
+        return call.wait() == 0 and "success: True" in call.output
+
+    for cell, nodes in (
+        (2, ["rosoclingo"]),
+        (3, ["controller", "rosoclingo", "controller"]),
+        (4, ["rosoclingo", "rosoclingo", "planner"]),
+    ):
+        wait_for(partial(approves, cell))
+        robot.wait_for(f"does {cell}")
+        for node in nodes:
+            kill(terminals, node)
+    assert client.wait() == 0, client.output
+    launch.interrupt()
+    launch.wait()
+    assert done(robot) == [2, 3, 4]
+    lives = [one.event for one in read_recording(bag).entries if isinstance(one.event, NodeResumed)]
+    assert len([event for event in lives if event.node == "rosoclingo"]) >= 3
+    for options in ((), ("--kill",)):
+        replay = terminals.run("rosrun", "rosoclingo", "replay.py", str(bag), *options)
+        assert replay.wait() == 0, replay.output
+        assert "no difference at level exact: 2 goals, 3 steps" in replay.output
         assert "Traceback" not in replay.output
 
 

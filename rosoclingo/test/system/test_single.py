@@ -162,3 +162,52 @@ def test_a_wrong_command_line(terminals: Terminals, tmp_path: Path) -> None:
         assert node.wait() == 2, node.output
         assert text in node.output
         assert "Traceback" not in node.output
+
+
+# The node, with a bug: it fails at a goal that is in the inbox already.
+FAILING = """
+import runpy
+import sys
+
+from rosclingo.ros.local_master import executable
+from rosoclingo.loop.inputs.inbox import Inbox
+
+put = Inbox.put
+
+def fail(inbox, *items):
+    put(inbox, *items)
+    if any(getattr(item, "request", "") == "visit(3)" for item in items):
+        raise ValueError("a bug")
+
+Inbox.put = fail
+sys.argv[0] = executable("rosoclingo", "run-1.0.py")
+runpy.run_path(sys.argv[0], run_name="__main__")
+"""
+
+ASKS = """
+import sys
+
+import rospy
+from actionlib import GoalStatus, SimpleActionClient
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal
+
+rospy.init_node("asks")
+client = SimpleActionClient("rosoclingo", ROSoClingoAction)
+client.wait_for_server()
+for request in sys.argv[1:]:
+    client.send_goal_and_wait(ROSoClingoGoal(request, []))
+    state, text = GoalStatus.to_string(client.get_state()), client.get_goal_status_text()
+    print(request, state, client.get_result().result, text, flush=True)
+"""
+
+
+@pytest.mark.costly
+def test_a_goal_at_which_the_node_fails_is_rejected_with_the_error(terminals: Terminals) -> None:
+    """Also for the loop, which has it in its inbox: the robot does nothing for it."""
+    file = line("_1.0")
+    node = terminals.start("python", "-c", FAILING, "-f", file, "__name:=rosoclingo")
+    client = terminals.run("python", "-c", ASKS, "visit(3)", "visit(1)")
+    assert client.wait() == 0, client.output
+    assert "visit(3) REJECTED rejected internal error: ValueError('a bug')" in client.output
+    assert "visit(1) SUCCEEDED succeeded" in client.output
+    assert "robot: go(" not in node.output, node.output

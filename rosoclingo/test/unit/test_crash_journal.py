@@ -16,8 +16,19 @@ from test_replay_inbox import replay_alike
 
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
+from rosoclingo.bags.replay.kills import KillSchedule
+from rosoclingo.bags.replay.replays import ExactReplay
 from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledKind
-from rosoclingo.loop.journal import ARRIVALS, LOOP, Entry, NodeResumed, key_of
+from rosoclingo.loop.journal import (
+    ARRIVALS,
+    LOOP,
+    CommandDone,
+    Entry,
+    LoopWaits,
+    NodeResumed,
+    Reason,
+    key_of,
+)
 from rosoclingo.store.store import Store
 
 REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)", "visit(3)"]
@@ -82,3 +93,37 @@ def test_what_came_while_a_loop_waited_that_died_comes_before_the_next_decision(
         (2, Phase.WAIT, "info"),
     ]
     assert [(due.decision, due.id) for due in rest(kills, 2)] == [(0, "planner"), (0, "info")]
+
+
+def test_what_a_loop_has_taken_is_not_for_the_one_after_its_kill() -> None:
+    """An operator's requests are taken while a replay waits, and recalls with them."""
+    journal = Journal().command("idle").add("waiting").add("control", "robot", "approve")
+    journal.status("g", "canceled", "", Reason.RECALLED).action("robot", "go(2)")
+    _, _, approve, recall, *_ = (entry.event for entry in journal.entries)
+    journal.add("resumed", "controller", "gone").add("resumed", LOOP)
+    journal.goal("g", "visit(1)").add("cancel", "g")
+    journal.message("robot", "success").command("idle")
+    schedule = KillSchedule(input_schedule(Run(journal.entries), kills=True), (LOOP, "controller"))
+    assert schedule.see(CommandDone("idle")) is None
+    assert schedule.see(LoopWaits(for_a_replay=True)) == "controller"
+    schedule.killed()
+    schedule.see(approve)
+    schedule.see(recall)
+    assert schedule.see(LoopWaits(for_a_replay=True)) == LOOP
+    schedule.killed()
+    assert [due.key for due in schedule.dues] == [
+        ("goal", "g", ""), ("cancel", "g", ""), ("message", "robot", "success"),
+    ]  # fmt: skip
+
+
+def test_an_input_of_a_wait_that_was_lost_is_sent_before_the_statuses_of_its_decision() -> None:
+    """They come when the loop decides, before which it is killed, and has the input."""
+    journal = Journal().goal("g", "visit(1)").command("assign_messages(1)")
+    journal.status("g", "succeeded", "1").add("waiting").message("info", "open(5)")
+    journal.add("resumed", LOOP).add("waiting").message("info", "open(6)").command("idle")
+    replay = ExactReplay(Run(journal.entries), kills=True)
+    sent = [replay.due(0.0)]
+    for entry in journal.entries[:2]:
+        replay.see(entry, 0.0)
+    sent += [replay.due(0.0), replay.due(0.0)]
+    assert [None if one is None else one.key[2] for one in sent] == ["", "open(5)", None]

@@ -133,6 +133,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         cancel_cb: Callable[..., object],
         recalled: Any,
         *,
+        rejected: Any = None,
         results_kept: int = 0,
         batches: bool = False,
     ) -> None:
@@ -148,6 +149,8 @@ class LowLatencyActionServer(actionlib.ActionServer):
                 ``batches``, with a list of handles.
             recalled: Result of a goal that actionlib recalls by itself, because its cancel request
                 has come first: goal and cancel request take different connections.
+            rejected: Result of a goal that the server rejects because ``goal_cb`` has failed; None
+                for an empty one.
             results_kept: A goal that comes again, with the id of one of so many that have ended
                 last, is not done again: its result is published again.
             batches: Whether goals that have come together are taken together.
@@ -161,6 +164,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._number = 0  # of the last one
         self._dropped = DroppedInputs()
         self._recalled = recalled
+        self._rejected = self.ActionResultType() if rejected is None else rejected
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
         self._ended_ids: OrderedDict[str, None] = OrderedDict()  # likewise
         self._kept_results: _Kept = deque(maxlen=_KEPT_MESSAGES)
@@ -326,9 +330,33 @@ class LowLatencyActionServer(actionlib.ActionServer):
         return list(found.values())
 
     def _take(self, goals: Sequence[Any]) -> None:
-        """Has the application take goals; called under the lock, when the server has started."""
-        entered = (self._enter(goal) for goal in goals)
-        self._call(self.goal_callback, [handle for handle in entered if handle is not None])
+        """Has the application take goals; called under the lock, when the server has started.
+
+        After an error of the application, the goals that it has left without an answer are rejected
+        with it: nothing else takes them.
+        """
+        handles: List[Any] = []
+        for goal in goals:
+            try:
+                handle = self._enter(goal)
+            except Exception as err:  # the other goals are taken nevertheless
+                if goal.goal_id.id not in self._results:
+                    tracker = self._trackers.get(goal.goal_id.id)
+                    self._reject(err, tracker or actionlib.status_tracker.StatusTracker(goal=goal))
+                continue
+            if handle is not None:
+                handles.append(handle)
+        try:
+            self._call(self.goal_callback, handles)
+        except Exception as err:  # a bug must neither lose goals nor end the thread
+            self._reject(err, *(handle.status_tracker for handle in handles))
+
+    def _reject(self, err: Exception, *trackers: Any) -> None:
+        """Rejects those of some goals that are pending, with the error that is being handled."""
+        rospy.logerr("internal error", exc_info=True)
+        for tracker in trackers:
+            if tracker.status.status in (GoalStatus.PENDING, GoalStatus.RECALLING):
+                self._add(tracker).set_rejected(self._rejected, f"internal error: {err!r}")
 
     def _call(self, callback: Callable[..., object], handles: List[Any]) -> None:
         if self._batches and handles:
@@ -450,7 +478,13 @@ class LowLatencyActionServer(actionlib.ActionServer):
             for one in trackers
             if one.goal is not None
         ]
-        self._call(self.cancel_callback, [one for one in handles if one.set_cancel_requested()])
+        handles = [one for one in handles if one.set_cancel_requested()]
+        try:
+            self._call(self.cancel_callback, handles)
+        except Exception:
+            for handle in handles:  # what is acknowledged is not lost
+                self.take_back_cancel(handle)
+            raise
 
     @contextlib.contextmanager
     def _batch(self) -> Iterator[None]:
@@ -472,7 +506,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         """
         with self.lock:
             status = handle.status_tracker.status
-            status.status = _NOT_CANCELED[status.status]
+            status.status = _NOT_CANCELED.get(status.status, status.status)
 
     def publish_status(self) -> None:
         """Publishes the goals' statuses; called by actionlib at each change.

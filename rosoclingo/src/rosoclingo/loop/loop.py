@@ -223,12 +223,13 @@ class Loop:
         state = self.state
         state.monitor.begin(Doing.DECIDES)
         self._durability.begin_step()
-        state.mail.begin_decision()
+        may_ask = not state.begins_again
+        state.mail.begin_decision(may_ask=may_ask)
         if state.mail.inbox.closed:
             raise ShutdownError(Reason.SHUTDOWN)
         if state.ended:
             state.waiting.rest()
-        state.mail.take(may_ask=not state.begins_again)
+        state.mail.take(may_ask=may_ask)
         state.poll()
         statuses.release(state)
         mail = state.mail

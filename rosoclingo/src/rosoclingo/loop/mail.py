@@ -265,10 +265,14 @@ class Mail(MailState):
         self.new_goals = False
         self._backoff.reset()
 
-    def begin_decision(self) -> None:
-        """The controller is about to decide."""
+    def begin_decision(self, *, may_ask: bool = False) -> None:
+        """The controller is about to decide.
+
+        Args:
+            may_ask: That of :meth:`take`, for what a replay takes while it waits.
+        """
         self._command_began = None
-        self.inbox.begin_decision(self._waits, self.take)
+        self.inbox.begin_decision(self._waits, lambda: self.take(may_ask=may_ask))
 
     def begin_command(self) -> None:
         """Called before a command is carried out."""

@@ -172,6 +172,7 @@ class LoopNode:
             self._on_goals,
             self._on_cancels,
             ROSoClingoResult("canceled"),
+            rejected=ROSoClingoResult("rejected"),
             results_kept=_RESULTS_KEPT,
             batches=True,
         )
@@ -299,18 +300,22 @@ class LoopNode:
         # Runs under actionlib's lock: nothing here may wait, but for one write to the disk.
         self._goals = {key: other for key, other in self._goals.items() if not other.ended}
         goals: Dict[str, Goal] = {}
-        with self._durability.together():
-            for handle in handles:
-                goal = self._read_goal(handle)
-                if goal is not None:
-                    goals[goal.id] = goal
-        self._goals.update(goals)
         try:
+            with self._durability.together():
+                for handle in handles:
+                    goal = self._read_goal(handle)
+                    if goal is not None:
+                        goals[goal.id] = goal
+            self._goals.update(goals)
             self._inbox.put(*goals.values())
         except StoreError:  # the loop ends with that, or has ended; another one goes on
             for handle in handles:
                 if self._goals.pop(handle.get_goal_id().id, None) is not None:
                     self._server.drop(handle)
+        except Exception as err:  # the server rejects the rest; the loop may have some of these
+            for goal in goals.values():
+                goal.set_status(journal.Status.REJECTED, f"internal error: {err!r}")
+            raise
 
     def _read_goal(self, handle: actionlib.ServerGoalHandle) -> Optional[Goal]:
         """Returns a goal that has come, or rejects it."""

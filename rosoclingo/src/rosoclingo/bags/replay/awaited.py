@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import List, Optional
+from typing import List, Optional, Set
 
 from rosoclingo.bags.read.run import Output, Run
+from rosoclingo.bags.replay.inputs import begins_a_wait
 from rosoclingo.loop import journal
 
 
@@ -21,10 +22,11 @@ class Awaited:
         self.missing = 0
         self._expected = [output for output in run.outputs if output is not None]
         self._knows_threads = run.has_journal
+        self._of_lost_decisions = _of_lost_decisions(run)
         self._begin = 0  # of those that were expected last
         self._end: Optional[int] = 0  # likewise
         self._counts: Counter[journal.Event] = Counter()
-        self._of_others: List[Output] = []  # of threads that no input waits for, but the end does
+        self._of_others: List[Output] = []  # that no input waits for, but the end does
         self._waived: Counter[journal.Event] = Counter()  # given up, and may still come
 
     def expect(self, end: Optional[int]) -> None:
@@ -38,11 +40,12 @@ class Awaited:
         expected = self._expected[self._begin : end]
         if end is None:
             expected += self._of_others
-        for output in expected:
+        for number, output in enumerate(expected, self._begin):
             if isinstance(output.event, journal.LoopEnded):  # what it took then, had come before
                 continue
             is_another_thread = isinstance(output.event, journal.StatusSet) and output.step is None
-            if is_another_thread and self._knows_threads and end is not None:
+            may_come_later = is_another_thread or number in self._of_lost_decisions
+            if may_come_later and self._knows_threads and end is not None:
                 self._of_others.append(output)
                 continue
             self._counts[output.key] += 1
@@ -67,3 +70,27 @@ class Awaited:
         self._counts.subtract(missing)
         self.missing = 0
         return next(first, self._begin)
+
+
+def _of_lost_decisions(run: Run) -> Set[int]:
+    """Returns the numbers of the statuses that were set by decisions to wait that were lost.
+
+    The loop has died in that wait. A replay has what came in the wait before the decision, and so
+    before these statuses.
+    """
+    found: Set[int] = set()
+    new: Set[int] = set()  # since the last command
+    count, waits = 0, False
+    for entry, output in zip(run.entries, run.outputs):
+        event = entry.event
+        if output is not None:
+            if isinstance(event, journal.StatusSet) and not waits:
+                new.add(count)
+            count += 1
+        is_loop = isinstance(event, journal.NodeResumed) and event.node == journal.LOOP
+        if is_loop and waits:
+            found |= new
+        if is_loop or isinstance(event, journal.CommandDone):
+            new, waits = set(), False
+        waits |= begins_a_wait(event)
+    return found

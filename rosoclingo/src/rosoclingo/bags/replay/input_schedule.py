@@ -106,6 +106,26 @@ def rest(dues: Sequence[ScheduledInput], decision: int) -> List[ScheduledInput]:
     ]
 
 
+def take(dues: List[ScheduledInput], event: journal.Event) -> None:
+    """Removes the input from a schedule that the loop has taken, if an event says that it has.
+
+    What a loop has taken is in its store, and does not come again when the node is started again.
+
+    Args:
+        dues: The schedule; is changed.
+        event: The event, of the replayed journal.
+    """
+    if isinstance(event, journal.ARRIVALS):
+        key = journal.key_of(event)
+    elif isinstance(event, journal.StatusSet) and event.reason is journal.Reason.RECALLED:
+        key = ScheduledKind.RECALL, event.goal, ""
+    else:
+        return
+    number = next((n for n, due in enumerate(dues) if (due.kind, due.id, due.text) == key), None)
+    if number is not None:
+        del dues[number]
+
+
 def _outcomes(entries: Sequence[Entry], same_encodings: bool) -> List[ScheduledInput]:
     """Returns the outcomes of time-dependent searches, if the journal has them, and durations.
 

@@ -133,7 +133,6 @@ class _Player:
         self._replay: Replay = replay
         self._system = system
         self._nodes = nodes
-        self._decisions = 0  # of the process with the loop
         self._patience = patience
         self._last: Optional[Entry] = None  # that was heard
         self._plan: Optional[Entry] = None  # the last one
@@ -190,25 +189,19 @@ class _Player:
             self._replay.see(entry, time.monotonic())
             self._last = entry
             self._keep(entry)
-            self._count(entry.event)
+            self._kill(self._nodes.see(entry.event))
         return is_progress
 
     @property
     def _is_exact(self) -> bool:
         return isinstance(self._replay, ExactReplay) and self._replay.is_exact
 
-    def _count(self, event: journal.Event) -> None:
-        """Counts decisions, and kills nodes before the one that waits for it."""
-        if isinstance(event, journal.CommandDone):
-            self._decisions += 1
-        elif isinstance(event, journal.LoopWaits) and event.for_a_replay:
-            replay, node = self._replay, self._nodes.due(self._decisions)
-            if node is None or not (isinstance(replay, ExactReplay) and replay.is_exact):
-                return
-            self._nodes.kill(self._decisions, node)
-            if node == journal.LOOP:
-                self._decisions = 0
-            replay.go_on(time.monotonic(), restarts=node == journal.LOOP)
+    def _kill(self, node: Optional[str]) -> None:
+        """Kills a node for which the loop waits, if there is one and the replay is the same."""
+        if node is None or not (isinstance(self._replay, ExactReplay) and self._replay.is_exact):
+            return
+        self._nodes.kill(node)
+        self._replay.go_on(time.monotonic(), restarts=node == journal.LOOP)
 
     def _keep(self, entry: Entry) -> None:
         """Keeps the entries to compare; of the plans, only the published one: they are long."""

@@ -8,13 +8,13 @@ from typing import Optional, Sequence
 import rospy
 
 from rosclingo.ros.local_master import LocalMaster, executable
-from rosoclingo.bags.replay.input_schedule import rest
+from rosoclingo.bags.replay.kills import KillSchedule
 from rosoclingo.bags.replay.startup import SOLVERS, Start
 from rosoclingo.bags.ros.connection import Connection
 from rosoclingo.errors import BagError
 from rosoclingo.loop import journal
 from rosoclingo.loop.inputs import replay_inbox
-from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledInput, ScheduledKind
+from rosoclingo.loop.inputs.replay_inbox import ScheduledInput
 
 _CONNECT_SECONDS = 60.0  # how long the nodes may take to start on a busy machine
 _POLL_SECONDS = 0.02
@@ -49,9 +49,7 @@ class ReplayNodes:
         self._system = system
         self._starts = dict(zip((journal.LOOP, *SOLVERS), processes))
         self._connection = connection
-        self._dues = [
-            due for due in dues if due.kind is not ScheduledKind.KILL or due.id in self._starts
-        ]
+        self._schedule = KillSchedule(dues, self._starts)
 
     def start(self) -> None:
         """Starts all processes, and returns when the connection is complete.
@@ -70,23 +68,21 @@ class ReplayNodes:
         """Tells if a process, by its name, runs the planning loop."""
         return self._starts[journal.LOOP].name == name
 
-    def due(self, decision: int) -> Optional[str]:
-        """Returns the node that is to be killed before a decision, counted since the loop began."""
-        kill = next((due for due in self._dues if due.kind is ScheduledKind.KILL), None)
-        return kill.id if kill is not None and kill.decision == decision else None
+    def see(self, event: journal.Event) -> Optional[str]:
+        """Takes an event of the replayed journal; returns the node that is to be killed now."""
+        return self._schedule.see(event)
 
-    def kill(self, decision: int, node: str) -> None:
-        """Kills the node that :meth:`due` has returned, and starts another process in its place.
+    def kill(self, node: str) -> None:
+        """Kills the node that :meth:`see` has returned, and starts another process in its place.
 
         Raises:
             BagError: Another loop does not start.
         """
-        self._dues.remove(ScheduledInput(decision, Phase.BEFORE, ScheduledKind.KILL, node))
         start = self._starts[node]
         self._system.kill(start.name)
         self.killed += 1
+        self._schedule.killed()
         if node == journal.LOOP:
-            self._dues = rest(self._dues, decision)
             self._set_dues()
             self._connection.begin_again()
         self._start(start)
@@ -97,7 +93,7 @@ class ReplayNodes:
 
     def _set_dues(self) -> None:
         """Sets the ROS parameter with the schedule that the loop's node reads."""
-        rospy.set_param(f"{self._name}/replay", replay_inbox.encode(self._dues))
+        rospy.set_param(f"{self._name}/replay", replay_inbox.encode(self._schedule.dues))
 
     def _start(self, start: Start) -> None:
         command = start.command
