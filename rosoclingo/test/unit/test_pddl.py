@@ -530,6 +530,26 @@ def test_a_goal_has_no_alternatives() -> None:
     assert [each.text for each in problem.comparisons] == ["(< (load) 4)"]
 
 
+@pytest.mark.costly
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_condition_over_all_objects_is_translated(
+    monkeypatch: pytest.MonkeyPatch, version: str
+) -> None:
+    """The objects are those of the problem, and the actions are the domain's."""
+    use_version(monkeypatch, version)
+    task = translate(*_compiled("(forall (?b - box) (on ?b))"))
+    (act,) = (one for one in task.operators if one.name.startswith("act "))
+    assert len(act.preconditions) == 2
+
+
+def test_a_constant_is_no_object_once_more() -> None:
+    text = ADL.replace("(:predicates", "(:constants b2 - box)\n(:predicates")
+    domain = read_domain(parse(text.format(needed="(done)"), "d"))
+    problem = read_problem(parse(ADL_PROBLEM.format(goal="(done)"), "p"))
+    with pytest.raises(PddlError, match=r"^p:1: b2 is one of the domain's :constants already"):
+        check_declarations(domain, problem)
+
+
 def test_a_byte_order_mark_and_a_missing_blank_are_read(tmp_path: Path) -> None:
     file = tmp_path / "domain.pddl"
     file.write_bytes(b"\xef\xbb\xbf" + DOMAIN.replace("?f - floor", "?f -floor").encode())

@@ -69,7 +69,10 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
     with tempfile.TemporaryDirectory() as folder:
         output, *files = (Path(folder) / name for name in ("sas", "domain.pddl", "problem.pddl"))
         is_numeric = bool(problem.comparisons) and len(problem.goal.parts) < 2
-        texts = _domain_text(domain, changing, is_numeric), _problem_text(problem, is_numeric)
+        texts = (
+            _domain_text(domain, problem, changing, is_numeric),
+            _problem_text(problem, is_numeric),
+        )
         for file, text in zip(files, texts):
             file.write_text(text, encoding="utf-8")
         ended = subprocess.run(  # noqa: S603 (a list, without a shell)
@@ -127,8 +130,14 @@ def _sections(form: ListForm, *names: str) -> List[str]:
     return [found[name] for name in names if name in found]
 
 
-def _domain_text(domain: Domain, changing: Collection[str], is_numeric: bool) -> str:
-    head, *others = _sections(domain.form, "domain", ":types", ":constants", ":predicates")
+def _domain_text(
+    domain: Domain, problem: Problem, changing: Collection[str], is_numeric: bool
+) -> str:
+    head, *types = _sections(domain.form, "domain", ":types")
+    # Actions name objects of the problem, too, where a quantifier was compiled away.
+    objects = {**domain.constants, **problem.objects}
+    constants = f"(:constants {' '.join(f'{each} - {kind}' for each, kind in objects.items())})"
+    predicates = _sections(domain.form, ":predicates")
     actions = [
         f"(:action {schema.name} :parameters "
         f"({' '.join(f'{v} - {t}' for v, t in zip(schema.parameters, schema.types))}) "
@@ -137,11 +146,11 @@ def _domain_text(domain: Domain, changing: Collection[str], is_numeric: bool) ->
     ]
     actions += _changes(domain, changing)
     if is_numeric:
-        others = [each for each in others if not each.startswith("(:predicates")]
-        predicates = _sections(domain.form, ":predicates") or ["(:predicates)"]
-        others.append(f"{predicates[0][:-1]} ({_MET}))")
+        first, *_ = predicates or ["(:predicates)"]
+        predicates = [f"{first[:-1]} ({_MET}))"]
         actions.append(f"(:action {_MET} :parameters () :precondition (and) :effect ({_MET}))")
-    return "\n".join(["(define", head, "(:requirements :adl)", *others, *actions, ")"])
+    parts = [head, "(:requirements :adl)", *types, constants, *predicates, *actions]
+    return "\n".join(["(define", *parts, ")"])
 
 
 def _changes(domain: Domain, changing: Collection[str]) -> List[str]:
@@ -164,7 +173,7 @@ def _changes(domain: Domain, changing: Collection[str]) -> List[str]:
 
 
 def _problem_text(problem: Problem, is_numeric: bool) -> str:
-    before = _sections(problem.form, "problem", ":domain", ":objects")
+    before = _sections(problem.form, "problem", ":domain")
     goal = f"({_MET})" if is_numeric else problem.goal.text
     atoms = " ".join(atom.text for atom in problem.init)
     return "\n".join(["(define", *before, f"(:init {atoms})", f"(:goal {goal})", ")"])
