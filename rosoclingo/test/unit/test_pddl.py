@@ -542,6 +542,24 @@ def test_a_condition_over_all_objects_is_translated(
     assert len(act.preconditions) == 2
 
 
+@pytest.mark.costly
+@pytest.mark.parametrize("goal", ["(red b1)", "(and (red b1) (on b2))", "(and)"])
+def test_a_goal_of_numbers_is_open_whatever_else_it_has(goal: str) -> None:
+    """Fast Downward does not know them; some facts hold whatever is done."""
+    task = translate(*_compiled("(done)", f"(and {goal} (>= (load) 2))"))
+    assert [task.variables[variable][value] for variable, value in task.goal] == (
+        ["Atom on(b2)"] if "on" in goal else []
+    )
+
+
+def test_what_an_effect_reads_it_does_not_change() -> None:
+    """So it is decided at once."""
+    reads = ADL.replace(":effect (and (on ?t)", ":effect (and (when (red ?t) (on ?t))")
+    problem = ADL_PROBLEM.format(goal="(forall (?b - box) (imply (red ?b) (on ?b)))")
+    _, compiled = compile_conditions(parse(reads.format(needed="(done)"), "d"), parse(problem, "p"))
+    assert read_problem(compiled).goal.text == "(and (on b1))"
+
+
 def test_a_constant_is_no_object_once_more() -> None:
     text = ADL.replace("(:predicates", "(:constants b2 - box)\n(:predicates")
     domain = read_domain(parse(text.format(needed="(done)"), "d"))

@@ -77,7 +77,7 @@ class _Compiler:
                 (self._supertypes if head == ":types" else self._objects).update(found)
         actions = [p for h in (":action", ":durative-action") for p in _sections(domain, h)]
         effects = [v for action in actions for k, v in _keys(action) if k.text == ":effect"]
-        changed = {f.head for e in effects if isinstance(e, ListForm) for f in e.forms()}
+        changed = {head for effect in effects for head in _changed(effect)}
         declared = [f for part in _sections(domain, ":predicates") for f in part.parts]
         names = {form.head for form in declared if isinstance(form, ListForm)}
         self._static: AbstractSet[str] = names - changed - set(changing)
@@ -371,6 +371,14 @@ class _Compiler:
         if not holds:
             literal = ListForm((Word("not", form.place), literal), form.place)
         return [((), (literal,))]
+
+
+def _changed(effect: PddlPart) -> Iterator[str]:
+    """Yields the predicates that an effect changes; those that it reads are not among them."""
+    if isinstance(effect, ListForm):
+        yield effect.head
+        for part in effect.parts[2 if effect.head == "when" else 1 :]:
+            yield from _changed(part)
 
 
 def _product(

@@ -22,9 +22,7 @@ from rosoclingo.seed.downward import (
 
 _MODULES = ("translate", "fast_downward.translate")  # of up-fast-downward 0.5 and 1.0
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
-_MET = (
-    "changes-goal"  # the fact that is the goal for the translator, if there are numbers in it only
-)
+_MET = "changes-goal"  # a fact that stands for the numbers of the goal, for the translator
 
 
 def fast_downward() -> Path:
@@ -68,7 +66,7 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
     module = _find_module(programs)
     with tempfile.TemporaryDirectory() as folder:
         output, *files = (Path(folder) / name for name in ("sas", "domain.pddl", "problem.pddl"))
-        is_numeric = bool(problem.comparisons) and len(problem.goal.parts) < 2
+        is_numeric = bool(problem.comparisons)
         texts = (
             _domain_text(domain, problem, changing, is_numeric),
             _problem_text(problem, is_numeric),
@@ -102,8 +100,8 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
 
 
 def _without_goal(task: TranslatedTask) -> TranslatedTask:
-    """Returns a task without the fact that stood for its goal."""
-    ((met, _),) = task.goal
+    """Returns a task without the fact that stood for the numbers of its goal."""
+    (met,) = (v for v, values in enumerate(task.variables) if f"Atom {_MET}()" in values)
     number = {old: new for new, old in enumerate(v for v in range(len(task.init)) if v != met)}
 
     def renumbered(assignments: Sequence[Assignment]) -> Tuple[Assignment, ...]:
@@ -120,8 +118,10 @@ def _without_goal(task: TranslatedTask) -> TranslatedTask:
         for one in task.operators
     )  # fmt: skip
     return TranslatedTask(
-        tuple(task.variables[v] for v in number), tuple(task.init[v] for v in number), (), operators
-    )
+        tuple(task.variables[v] for v in number), tuple(task.init[v] for v in number),
+        renumbered([(variable, value) for variable, value in task.goal if variable != met]),
+        operators,
+    )  # fmt: skip
 
 
 def _sections(form: ListForm, *names: str) -> List[str]:
@@ -174,6 +174,6 @@ def _changes(domain: Domain, changing: Collection[str]) -> List[str]:
 
 def _problem_text(problem: Problem, is_numeric: bool) -> str:
     before = _sections(problem.form, "problem", ":domain")
-    goal = f"({_MET})" if is_numeric else problem.goal.text
+    goal = f"(and {problem.goal.text} ({_MET}))" if is_numeric else problem.goal.text
     atoms = " ".join(atom.text for atom in problem.init)
     return "\n".join(["(define", *before, f"(:init {atoms})", f"(:goal {goal})", ")"])
