@@ -117,6 +117,7 @@ def test_a_variable_begins_a_word() -> None:
         ("\nword (a)", "d:2: word is not in parentheses"),
         ("(a)\n(b)", "d:2: there is more"),
         ("(a\n" + 5000 * "b" + ")", "d:2: the word bbb"),
+        ("(a\n" + 5000 * "(not " + 5001 * ")", "d:2: there are more than 100 parentheses open"),
     ],
 )
 def test_what_is_no_list_is_refused(text: str, message: str) -> None:
@@ -520,6 +521,12 @@ def _compiled(needed: str, goal: str = "(done)") -> Tuple[Domain, Problem]:
 def test_alternatives_are_actions(needed: str, found: Dict[str, str]) -> None:
     domain, _ = _compiled(needed)
     assert {each.name: each.precondition.text for each in domain.actions[:-1]} == found
+
+
+def test_what_is_nested_as_deeply_as_can_be_is_compiled() -> None:
+    deep = 46 * "(not (and " + "(on ?r)" + 46 * "))"
+    domain, _ = _compiled(deep)
+    assert domain.actions[0].precondition.text == "(and (on ?r))"
 
 
 def test_a_goal_has_no_alternatives() -> None:
