@@ -220,6 +220,11 @@ class AlarmJudge:
         is_so = any(self._was_ended(node, alarm.wall) for node in self._ended)
         return "" if is_so else "no node was ended"
 
+    def _no_time(self, alarm: Alarm, found: Match[str]) -> str:
+        passed = alarm.wall - self._ended.get(alarm.source, -math.inf)
+        is_so = passed > float(found[1]) - _TOLERANCE_SECONDS
+        return "" if is_so else f"the node was ended {passed:.0f} s before"
+
     def _own_end(self, alarm: Alarm, found: Match[str]) -> str:
         return "" if self._was_ended(alarm.source, alarm.wall) else "the node was not ended"
 
@@ -252,6 +257,7 @@ _RULES: List[Tuple[str, re.Pattern[str], _Rule]] = [
         ("goes on", r"goes on with the run|was begun before this node", AlarmJudge._own_end),
         ("solver lost", r"waits until that node is there|waits for a so", AlarmJudge._lost_solver),
         ("solver lost", r"waiting for the solver |^starts, for ", AlarmJudge._lost_solver),
+        ("no time", r"^why .*: there was no answer within (\S+) s; ", AlarmJudge._no_time),
         ("no connection", r" does not listen to ", AlarmJudge._lost_node),
         ("no connection", r"^Inbound TCP/IP connection failed: ", AlarmJudge._holds),
         ("the world", r", as ~faults says|^fault \d+ |^too slow: ", AlarmJudge._holds),

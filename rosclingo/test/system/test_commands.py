@@ -69,6 +69,24 @@ client.control(GetPrograms())
 print("is there again", flush=True)
 """
 
+# A node that gets a control request after it was told to end.
+ENDING = """
+import rospy
+from rosclingo.ros.init import init_node
+from rosclingo.ros.node import SolverNode
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import parse_options
+from rosclingo.srv import ROSClingoControl
+from rosclingo.wire.commands import GetPrograms
+from rosclingo.wire.xml_codec import encode_commands
+
+init_node("solver")
+node = SolverNode(Engine(parse_options([])), "about")
+node.worker.close()
+control = rospy.ServiceProxy("~control", ROSClingoControl)
+print(control(encode_commands([GetPrograms()])), flush=True)
+"""
+
 MANUAL = {
     "do(arm,pickup(4),1)", "do(arm,putdown(b),2)", "do(arm,pickup(3),3)", "do(arm,putdown(4),4)",
     "do(arm,pickup(2),5)", "do(arm,putdown(3),6)", "do(arm,pickup(1),7)", "do(arm,putdown(c),8)",
@@ -374,3 +392,11 @@ def test_a_node_that_shuts_down_is_lost(terminals: Terminals) -> None:
     assert client.wait() == 0
     assert "error: the solver /rosclingo has ended: the node is shutting down" in client.output
     assert client.output.count("error: ") == 2
+
+
+def test_a_node_that_shuts_down_refuses_without_a_warning(terminals: Terminals) -> None:
+    """The client is told, and nobody has to do anything."""
+    node = terminals.start("python", "-c", ENDING)
+    assert node.wait() == 0
+    assert "the node is shutting down" in node.output
+    assert "control request refused" not in node.output

@@ -117,6 +117,7 @@ def test_a_variable_begins_a_word() -> None:
         ("\nword (a)", "d:2: word is not in parentheses"),
         ("(a)\n(b)", "d:2: there is more"),
         ("(a\n" + 5000 * "b" + ")", "d:2: the word bbb"),
+        ("(a\n" + 5000 * "(not " + 5001 * ")", "d:2: there are more than 100 parentheses open"),
     ],
 )
 def test_what_is_no_list_is_refused(text: str, message: str) -> None:
@@ -522,11 +523,18 @@ def test_alternatives_are_actions(needed: str, found: Dict[str, str]) -> None:
     assert {each.name: each.precondition.text for each in domain.actions[:-1]} == found
 
 
+<<<<<<< HEAD
 def test_an_action_without_parameters_gets_those_that_exist() -> None:
     domain = ADL.format(needed="(exists (?b - box) (on ?b))")
     forms = parse(domain.replace(" :parameters (?r - robot)", ""), "d"), parse(ADL_PROBLEM, "p")
     act = read_domain(compile_conditions(*forms)[0]).actions[0]
     assert (act.parameters, act.types) == (("?b-1",), ("box",))
+=======
+def test_what_is_nested_as_deeply_as_can_be_is_compiled() -> None:
+    deep = 46 * "(not (and " + "(on ?r)" + 46 * "))"
+    domain, _ = _compiled(deep)
+    assert domain.actions[0].precondition.text == "(and (on ?r))"
+>>>>>>> sizes
 
 
 def test_a_goal_has_no_alternatives() -> None:
@@ -535,6 +543,44 @@ def test_a_goal_has_no_alternatives() -> None:
     _, problem = _compiled("(done)", "(and (forall (?b - box) (on ?b)) (not (>= (load) 4)))")
     assert problem.goal.text == "(and (on b1) (on b2))"
     assert [each.text for each in problem.comparisons] == ["(< (load) 4)"]
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_condition_over_all_objects_is_translated(
+    monkeypatch: pytest.MonkeyPatch, version: str
+) -> None:
+    """The objects are those of the problem, and the actions are the domain's."""
+    use_version(monkeypatch, version)
+    task = translate(*_compiled("(forall (?b - box) (on ?b))"))
+    (act,) = (one for one in task.operators if one.name.startswith("act "))
+    assert len(act.preconditions) == 2
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("goal", ["(red b1)", "(and (red b1) (on b2))", "(and)"])
+def test_a_goal_of_numbers_is_open_whatever_else_it_has(goal: str) -> None:
+    """Fast Downward does not know them; some facts hold whatever is done."""
+    task = translate(*_compiled("(done)", f"(and {goal} (>= (load) 2))"))
+    assert [task.variables[variable][value] for variable, value in task.goal] == (
+        ["Atom on(b2)"] if "on" in goal else []
+    )
+
+
+def test_what_an_effect_reads_it_does_not_change() -> None:
+    """So it is decided at once."""
+    reads = ADL.replace(":effect (and (on ?t)", ":effect (and (when (red ?t) (on ?t))")
+    problem = ADL_PROBLEM.format(goal="(forall (?b - box) (imply (red ?b) (on ?b)))")
+    _, compiled = compile_conditions(parse(reads.format(needed="(done)"), "d"), parse(problem, "p"))
+    assert read_problem(compiled).goal.text == "(and (on b1))"
+
+
+def test_a_constant_is_no_object_once_more() -> None:
+    text = ADL.replace("(:predicates", "(:constants b2 - box)\n(:predicates")
+    domain = read_domain(parse(text.format(needed="(done)"), "d"))
+    problem = read_problem(parse(ADL_PROBLEM.format(goal="(done)"), "p"))
+    with pytest.raises(PddlError, match=r"^p:1: b2 is one of the domain's :constants already"):
+        check_declarations(domain, problem)
 
 
 def test_a_byte_order_mark_and_a_missing_blank_are_read(tmp_path: Path) -> None:

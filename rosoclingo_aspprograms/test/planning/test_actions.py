@@ -450,6 +450,30 @@ def test_only_what_serves_is_done(seed: int, tmp_path: Path) -> None:
     assert world.done == ["fetch", "press"]
 
 
+ROOM = """
+#include "{actions}".
+#program base.
+number(bin,4).
+initially(bin,0).
+number(crates,3).
+initially(crates,3).
+action(arm,(put;empty)).
+gives(arm,put,bin,3).
+uses(arm,put,crates,1).
+sets(arm,empty,bin,1).
+request(tidy).
+wants_most(tidy,crates,1).
+"""
+
+
+def test_a_number_is_made_smaller_for_what_adds_to_it(tmp_path: Path) -> None:
+    """Nothing else needs that it is; it was left out, and the bin ran over."""
+    world = World(DYN_RESET, [write(tmp_path, ROOM)])
+    world.request("tidy")
+    assert world.run() is None
+    assert world.done == ["put", "empty", "put"]
+
+
 DOOR = """
 #include "{actions}".
 #program base.

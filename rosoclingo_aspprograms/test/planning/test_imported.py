@@ -9,9 +9,11 @@ import importlib.util
 import random
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Dict, List, Tuple
 
+import clingo
 import pytest
 from draws import draws
 from episode import DYN_RESET
@@ -103,6 +105,18 @@ class Delivery(ImportedWorld):
         """Somebody brings a box to a room, and says so."""
         self.world.facts = (self.world.facts - {self.place(box)}) | {("box_at", box, room)}
         self.tell("info", f"box_at({box},{room})")
+
+
+@pytest.mark.costly
+def test_the_encoding_is_small(files: List[str]) -> None:
+    """Its base was grounded for 5 s at each start and reset, for messages about small numbers."""
+    control = clingo.Control(["-Wnone"])
+    for file in files:
+        control.load(file)
+    begin = time.process_time()
+    control.ground([("base", [])])
+    assert time.process_time() < begin + 1.0  # of processor time, with some 0.01 s
+    assert any(atom.symbol.match("told_up_to", 2) for atom in control.symbolic_atoms)
 
 
 @pytest.mark.costly

@@ -56,6 +56,7 @@ def found(judge: AlarmJudge, text: str, source: str = "/rosoclingo", wall: float
         ("a search of /planner was ended by a goal of /planner, and is tried again",
          "/planner is a part of the system"),
         ("the solver /planner went away; waits until that node is there, and", ""),
+        ("why goal 1: there was no answer within 20 s; the process that looks for it has no", ""),
         ("goes on with the run in the store", "the node was not ended"),
         ("mailbot: go(3): is not done, as ~faults says", ""),
         ("too slow: simulated time goes 8 times as fast as real time", ""),
@@ -79,6 +80,13 @@ def test_what_was_true_earlier(judge: AlarmJudge) -> None:
     assert found(judge, lost, wall=160.0) == "no node that plans was ended"
     assert found(judge, lost, wall=300.0) == "no node that plans was ended"
     assert found(judge, "/planner does not listen", wall=300.0) != ""
+
+
+def test_an_answer_that_takes_longer_than_its_node_lives(judge: AlarmJudge) -> None:
+    late = "why goal 1: there was no answer within 20 s; the process that looks for it has no time"
+    judge.ends("rosoclingo", 160.0)
+    assert found(judge, late, wall=170.0) == "the node was ended 10 s before"
+    assert found(judge, late, wall=181.0) == ""
 
 
 def test_diagnostics(judge: AlarmJudge) -> None:

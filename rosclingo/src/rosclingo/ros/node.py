@@ -34,7 +34,7 @@ from rosclingo.solver.memory import out_of_memory
 from rosclingo.solver.options import USAGE, Options, parse_options
 from rosclingo.solver.programs import Policy
 from rosclingo.solver.terms import parse_term
-from rosclingo.solver.worker import OUT_OF_MEMORY, Caller, Job, Stop, Worker
+from rosclingo.solver.worker import OUT_OF_MEMORY, SHUTTING_DOWN, Caller, Job, Stop, Worker
 from rosclingo.srv import ROSClingoControl, ROSClingoControlRequest
 from rosclingo.wire.commands import (
     AssignExternal,
@@ -302,7 +302,9 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
 
 
 def _is_harmless(commands: Sequence[Command], failure: Failure) -> bool:
-    """Tells if a request failed only because an external that it makes false does not exist."""
+    """Tells if an external that is to be made false does not exist, or if the node shuts down."""
+    if failure == SHUTTING_DOWN:
+        return True
     command = commands[failure.index] if 0 <= failure.index < len(commands) else None
     return isinstance(command, AssignExternal) and command.value is Truth.FALSE
 

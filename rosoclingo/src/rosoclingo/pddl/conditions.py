@@ -78,8 +78,14 @@ class _Compiler:
             self._objects.update(typed_list(part.parts[1:]))
         actions = list(domain.lists(*_ACTIONS))
         effects = [v for action in actions for k, v in _keys(action) if k.text == ":effect"]
+<<<<<<< HEAD
         changed = {f.head for e in effects if isinstance(e, ListForm) for f in e.forms()}
         names = {f.head for part in domain.lists(":predicates") for f in part.lists()}
+=======
+        changed = {head for effect in effects for head in _changed(effect)}
+        declared = [f for part in _sections(domain, ":predicates") for f in part.parts]
+        names = {form.head for form in declared if isinstance(form, ListForm)}
+>>>>>>> sizes
         self._static: AbstractSet[str] = names - changed - set(changing)
         self._facts = {f.text for part in problem.lists(":init") for f in part.parts}
         self._names = {action.parts[1].text for action in actions if len(action.parts) > 1}
@@ -317,6 +323,14 @@ class _Compiler:
             if form.head in self._static:
                 return _TRUE if (literal.text in self._facts) == holds else _FALSE
         return [((), (literal if holds else list_form(form.place, "not", literal),))]
+
+
+def _changed(effect: PddlPart) -> Iterator[str]:
+    """Yields the predicates that an effect changes; those that it reads are not among them."""
+    if isinstance(effect, ListForm):
+        yield effect.head
+        for part in effect.parts[2 if effect.head == "when" else 1 :]:
+            yield from _changed(part)
 
 
 def _product(

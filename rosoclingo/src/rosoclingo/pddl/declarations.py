@@ -49,6 +49,9 @@ class _Checker:
                 self._counts[each.head] = len(places)
         self._types: Set[str] = {"object", *domain.supertypes, *domain.supertypes.values()}
         self._objects = {**domain.constants, **problem.objects}
+        for name in (each for each in problem.objects if each in domain.constants):
+            raise PddlError(f"{problem.form.place}: {shorten(name)} is one of the domain's "
+                            ":constants already: an object is declared once")  # fmt: skip
         for name, kind in self._objects.items():
             if kind not in self._types:
                 raise PddlError(f"{problem.form.place}: {name} is of the type {shorten(kind)}, "

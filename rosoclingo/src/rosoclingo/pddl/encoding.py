@@ -30,7 +30,10 @@ possible(V,X) :- sets_if(R,A,I,V,X).
 #external event(1,F) : request(F).
 
 % value(L,N): the number L is N. A message may say that, unless L can be very large.
-says(value(L,N),L,N) :- number(L,M), M <= 10000, N = 0..M.
+% told_up_to(L,M): L is such a number, up to M. With the range in the same rule, clingo would try
+% all pairs of numbers up to 10000.
+says(value(L,N),L,N) :- told_up_to(L,M), N = 0..M.
+told_up_to(L,M) :- number(L,M), M <= 10000.
 
 % denial(C,V,X,Y): if V has the value X, the message C says that it has the value Y.
 #program event(s,c).

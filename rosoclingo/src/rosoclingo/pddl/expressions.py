@@ -12,6 +12,7 @@ from rosclingo.errors import RosclingoError, shorten
 # A variable may follow a name without a blank, and a type a minus: no name begins with one.
 _TOKEN = re.compile(r"\s+|;[^\n]*|[()]|-(?!inf\b)(?=[a-zA-Z(])|\??[^\s();?]+|\?")
 _LONGEST_WORD = 500  # letters; messages may quote some words as a whole
+_DEEPEST = 100  # lists in each other, which are read recursively
 
 
 class PddlError(RosclingoError):
@@ -89,7 +90,8 @@ def parse(text: str, name: str) -> ListForm:
         name: The file's name, for messages.
 
     Raises:
-        PddlError: The text is not one list in parentheses, or has a word that is too long.
+        PddlError: The text is not one list in parentheses, is nested too deeply, or has a word
+            that is too long.
     """
     levels: List[Tuple[str, List[Union[Word, ListForm]]]] = [(f"{name}:1", [])]
     line = 1
@@ -98,6 +100,9 @@ def parse(text: str, name: str) -> ListForm:
         line += piece.count("\n")
         if piece == "(":
             levels.append((place, []))
+            if len(levels) > _DEEPEST:
+                raise PddlError(f"{place}: there are more than {_DEEPEST} parentheses open: say "
+                                "it with fewer lists in each other")  # fmt: skip
         elif piece == ")":
             if len(levels) == 1:
                 raise PddlError(f"{place}: a parenthesis is closed that was not opened")

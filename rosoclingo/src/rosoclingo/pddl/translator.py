@@ -22,7 +22,11 @@ from rosoclingo.seed.downward import (
 
 _MODULES = ("translate", "fast_downward.translate")  # of up-fast-downward 0.5 and 1.0
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
+<<<<<<< HEAD
 _MET = "changes-goal"  # the fact that is the translator's goal if the goal has numbers alone
+=======
+_MET = "changes-goal"  # a fact that stands for the numbers of the goal, for the translator
+>>>>>>> sizes
 
 
 def fast_downward() -> Path:
@@ -66,8 +70,11 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
     module = _find_module(programs)
     with tempfile.TemporaryDirectory() as folder:
         output, *files = (Path(folder) / name for name in ("sas", "domain.pddl", "problem.pddl"))
-        is_numeric = bool(problem.comparisons) and len(problem.goal.parts) < 2
-        texts = _domain_text(domain, changing, is_numeric), _problem_text(problem, is_numeric)
+        is_numeric = bool(problem.comparisons)
+        texts = (
+            _domain_text(domain, problem, changing, is_numeric),
+            _problem_text(problem, is_numeric),
+        )
         for file, text in zip(files, texts):
             file.write_text(text, encoding="utf-8")
         ended = subprocess.run(  # noqa: S603 (a list, without a shell)
@@ -97,8 +104,8 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
 
 
 def _without_goal(task: TranslatedTask) -> TranslatedTask:
-    """Returns a task without the fact that stood for its goal."""
-    ((met, _),) = task.goal
+    """Returns a task without the fact that stood for the numbers of its goal."""
+    (met,) = (v for v, values in enumerate(task.variables) if f"Atom {_MET}()" in values)
     number = {old: new for new, old in enumerate(v for v in range(len(task.init)) if v != met)}
 
     def renumbered(assignments: Sequence[Assignment]) -> Tuple[Assignment, ...]:
@@ -115,8 +122,10 @@ def _without_goal(task: TranslatedTask) -> TranslatedTask:
         for one in task.operators
     )  # fmt: skip
     return TranslatedTask(
-        tuple(task.variables[v] for v in number), tuple(task.init[v] for v in number), (), operators
-    )
+        tuple(task.variables[v] for v in number), tuple(task.init[v] for v in number),
+        renumbered([(variable, value) for variable, value in task.goal if variable != met]),
+        operators,
+    )  # fmt: skip
 
 
 def _sections(form: ListForm, *names: str) -> List[str]:
@@ -125,8 +134,14 @@ def _sections(form: ListForm, *names: str) -> List[str]:
     return [found[name] for name in names if name in found]
 
 
-def _domain_text(domain: Domain, changing: Collection[str], is_numeric: bool) -> str:
-    head, *others = _sections(domain.form, "domain", ":types", ":constants", ":predicates")
+def _domain_text(
+    domain: Domain, problem: Problem, changing: Collection[str], is_numeric: bool
+) -> str:
+    head, *types = _sections(domain.form, "domain", ":types")
+    # Actions name objects of the problem, too, where a quantifier was compiled away.
+    objects = {**domain.constants, **problem.objects}
+    constants = f"(:constants {' '.join(f'{each} - {kind}' for each, kind in objects.items())})"
+    predicates = _sections(domain.form, ":predicates")
     actions = [
         f"(:action {schema.name} :parameters "
         f"({' '.join(f'{v} - {t}' for v, t in zip(schema.parameters, schema.types))}) "
@@ -135,11 +150,11 @@ def _domain_text(domain: Domain, changing: Collection[str], is_numeric: bool) ->
     ]
     actions += _changes(domain, changing)
     if is_numeric:
-        others = [each for each in others if not each.startswith("(:predicates")]
-        predicates = _sections(domain.form, ":predicates") or ["(:predicates)"]
-        others.append(f"{predicates[0][:-1]} ({_MET}))")
+        first, *_ = predicates or ["(:predicates)"]
+        predicates = [f"{first[:-1]} ({_MET}))"]
         actions.append(f"(:action {_MET} :parameters () :precondition (and) :effect ({_MET}))")
-    return "\n".join(["(define", head, "(:requirements :adl)", *others, *actions, ")"])
+    parts = [head, "(:requirements :adl)", *types, constants, *predicates, *actions]
+    return "\n".join(["(define", *parts, ")"])
 
 
 def _changes(domain: Domain, changing: Collection[str]) -> List[str]:
@@ -160,7 +175,7 @@ def _changes(domain: Domain, changing: Collection[str]) -> List[str]:
 
 
 def _problem_text(problem: Problem, is_numeric: bool) -> str:
-    before = _sections(problem.form, "problem", ":domain", ":objects")
-    goal = f"({_MET})" if is_numeric else problem.goal.text
+    before = _sections(problem.form, "problem", ":domain")
+    goal = f"(and {problem.goal.text} ({_MET}))" if is_numeric else problem.goal.text
     atoms = " ".join(atom.text for atom in problem.init)
     return "\n".join(["(define", *before, f"(:init {atoms})", f"(:goal {goal})", ")"])
