@@ -523,18 +523,17 @@ def test_alternatives_are_actions(needed: str, found: Dict[str, str]) -> None:
     assert {each.name: each.precondition.text for each in domain.actions[:-1]} == found
 
 
-<<<<<<< HEAD
 def test_an_action_without_parameters_gets_those_that_exist() -> None:
     domain = ADL.format(needed="(exists (?b - box) (on ?b))")
     forms = parse(domain.replace(" :parameters (?r - robot)", ""), "d"), parse(ADL_PROBLEM, "p")
     act = read_domain(compile_conditions(*forms)[0]).actions[0]
     assert (act.parameters, act.types) == (("?b-1",), ("box",))
-=======
+
+
 def test_what_is_nested_as_deeply_as_can_be_is_compiled() -> None:
     deep = 46 * "(not (and " + "(on ?r)" + 46 * "))"
     domain, _ = _compiled(deep)
     assert domain.actions[0].precondition.text == "(and (on ?r))"
->>>>>>> sizes
 
 
 def test_a_goal_has_no_alternatives() -> None:

@@ -78,14 +78,8 @@ class _Compiler:
             self._objects.update(typed_list(part.parts[1:]))
         actions = list(domain.lists(*_ACTIONS))
         effects = [v for action in actions for k, v in _keys(action) if k.text == ":effect"]
-<<<<<<< HEAD
-        changed = {f.head for e in effects if isinstance(e, ListForm) for f in e.forms()}
-        names = {f.head for part in domain.lists(":predicates") for f in part.lists()}
-=======
         changed = {head for effect in effects for head in _changed(effect)}
-        declared = [f for part in _sections(domain, ":predicates") for f in part.parts]
-        names = {form.head for form in declared if isinstance(form, ListForm)}
->>>>>>> sizes
+        names = {f.head for part in domain.lists(":predicates") for f in part.lists()}
         self._static: AbstractSet[str] = names - changed - set(changing)
         self._facts = {f.text for part in problem.lists(":init") for f in part.parts}
         self._names = {action.parts[1].text for action in actions if len(action.parts) > 1}

@@ -22,11 +22,7 @@ from rosoclingo.seed.downward import (
 
 _MODULES = ("translate", "fast_downward.translate")  # of up-fast-downward 0.5 and 1.0
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
-<<<<<<< HEAD
-_MET = "changes-goal"  # the fact that is the translator's goal if the goal has numbers alone
-=======
 _MET = "changes-goal"  # a fact that stands for the numbers of the goal, for the translator
->>>>>>> sizes
 
 
 def fast_downward() -> Path:
