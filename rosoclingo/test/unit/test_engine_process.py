@@ -2,8 +2,14 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import threading
+import time
+from pathlib import Path
 from typing import Callable, List
+
+import pytest
 
 from rosoclingo.engine.flat import ADDS, TAKES, Action, FlatTask
 from rosoclingo.engine.process import CLOSED, LOST, SearchProcess
@@ -81,6 +87,7 @@ def test_processor_time_ends() -> None:
     assert (process.latest(), process.why_ended) == (None, OUT_OF_TIME)
 
 
+@pytest.mark.costly
 def test_memory_ends() -> None:
     process = ended(counters(200, 3), memory=40 * 2**20)
     assert (process.latest(), process.why_ended) == (None, OUT_OF_MEMORY)
@@ -104,3 +111,32 @@ def test_a_process_that_is_killed_is_lost() -> None:
     news.wait_for(lambda: process.has_ended)
     assert (process.latest(), process.why_ended) == (None, LOST)
     process.close()
+
+
+def test_a_search_ends_when_its_parent_is_killed() -> None:
+    program = (
+        "from test_engine_process import BYTES, SearchProcess, counters, signal\n"
+        "process = SearchProcess(counters(12, 3), seconds=60, improve_seconds=0, bytes=BYTES)\n"
+        "print(process.pid, flush=True)\n"
+        "signal.pause()\n"
+    )
+    paths = os.pathsep.join([*sys.path, str(Path(__file__).parent)])
+    with subprocess.Popen(
+        [sys.executable, "-c", program],
+        env={**os.environ, "PYTHONPATH": paths},
+        stdout=subprocess.PIPE,
+    ) as parent:
+        assert parent.stdout
+        pid = int(parent.stdout.readline())
+        parent.kill()
+    deadline = time.monotonic() + SECONDS
+    while is_running(pid):
+        assert time.monotonic() < deadline
+
+
+def is_running(pid: int) -> bool:
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return False
+    return stat.rpartition(")")[2].split()[0] != "Z"  # init may take its time to reap it

@@ -12,7 +12,7 @@ long as it costs. The random numbers have a fixed seed, and budgets count states
 limit of time cuts the sequence of plans, but does not change it.
 """
 
-from rosoclingo.engine.search import Search
+from rosoclingo.engine.search import OutOfTimeError, Search
 from rosoclingo.engine.states import merge_numbers
 
 TAKES, ADDS, BECOMES, NEEDS_LEAST, NEEDS_MOST = range(5)
@@ -181,15 +181,15 @@ class Improver:
             self._in_whole += self._search.evaluations - before
         found = False
         position = 0
-        while not self._is_through:
+        while position < len(self._plan) and not self._is_through:
             end = min(len(self._plan), position + self._size)
-            while self._solve(position, end, self._draw(GREED_OF_WINDOWS), self._evaluations):
+            if self._solve(position, end, self._draw(GREED_OF_WINDOWS), self._evaluations):
                 found = True
                 yield
-                end = min(len(self._plan), position + self._size)
-            if end == len(self._plan):
+            elif end == len(self._plan):
                 break
-            position += max(1, self._size // 2)
+            else:
+                position += max(1, self._size // 2)
         before_value = self._value
         self._eliminate()
         if self._value < before_value:
@@ -284,7 +284,7 @@ class Improver:
         position = 0
         while position < len(self._plan):
             if self._stop():
-                return
+                raise OutOfTimeError
             shorter = self._states.simulate(self._plan, position, None)
             length = len(self._plan)
             if not self._states.unmet_wishes():

@@ -160,6 +160,10 @@ class Relaxation:
     supporters: cython.p_int
     seen: cython.p_int
     action_seen: cython.p_int
+    preferred_seen: cython.p_int
+    achiever_starts: cython.p_int  # of each fact; operators, if there are several actuators
+    achievers: cython.p_int
+    has_actuators: cython.bint
     stamp: cython.int
     stack: cython.p_int
     queue: cython.p_int
@@ -250,6 +254,9 @@ class Relaxation:
             actions.append(-1)
             base.append(0)
         self._join_operators(all_needs, all_effects)
+        self.has_actuators = len({action[5] for action in task[5]} - {-1}) > 1
+        if self.has_actuators:
+            self._join_achievers(all_effects)
         self.action_of = self.keep(actions)
         self.is_base = self.keep(base)
         self.weights = self.keep([0] * len(task[5]))
@@ -275,6 +282,15 @@ class Relaxation:
         self.queue = self.keep([0] * entries)
         self.queue_next = self.keep([0] * entries)
 
+    def _join_achievers(self, all_effects: list) -> None:
+        achievers: list = [[] for _ in range(self.facts_size)]
+        for operator, effects in enumerate(all_effects):
+            for fact in effects:
+                achievers[fact].append(operator)
+        joined = join(achievers)
+        self.owned += joined
+        self.achiever_starts, self.achievers = ints(joined[0]), ints(joined[1])
+
     def _build_scratch(self, actions: int) -> None:
         self.missing = self.keep([0] * self.operators_size)
         self.costs = self.keep([0] * self.operators_size)
@@ -288,6 +304,7 @@ class Relaxation:
         self.bucket_first = self.keep([-1] * (MOST_COST + 1))
         self.bucket_last = self.keep([-1] * (MOST_COST + 1))
         self.action_seen = self.keep([0] * actions)
+        self.preferred_seen = self.keep([0] * actions)
         self.applicable = array("i", [0] * (actions + 1))
         self.applicable_pointer = ints(self.applicable)
         self.preferred = array("i", [0] * (actions + 1))
@@ -457,6 +474,7 @@ class Relaxation:
         estimate: cython.longlong = 0
         size: cython.int = 0
         i: cython.int
+        goal: cython.int
         fact: cython.int
         operator: cython.int
         action: cython.int
@@ -471,7 +489,8 @@ class Relaxation:
             size += 1
         while size > 0:
             size -= 1
-            operator = self.supporters[self.stack[size]]
+            goal = self.stack[size]
+            operator = self.supporters[goal]
             if operator < 0:
                 continue
             first = True
@@ -488,6 +507,33 @@ class Relaxation:
                 self.action_seen[action] = self.stamp
                 estimate += self.weights[action]
                 if first:
-                    self.preferred_pointer[self.sizes_pointer[1]] = action
-                    self.sizes_pointer[1] += 1
+                    self.prefer(action)
+            if first and self.has_actuators:
+                self.prefer_others(goal)
         return estimate
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def prefer(self, action: cython.int) -> cython.void:
+        if self.preferred_seen[action] != self.stamp:
+            self.preferred_seen[action] = self.stamp
+            self.preferred_pointer[self.sizes_pointer[1]] = action
+            self.sizes_pointer[1] += 1
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def prefer_others(self, fact: cython.int) -> cython.void:
+        """Prefers each action that reaches a fact as cheaply, so that other actuators may do it."""
+        i: cython.int
+        operator: cython.int
+        cost: cython.int = self.fact_costs[fact]
+        for i in range(self.achiever_starts[fact], self.achiever_starts[fact + 1]):
+            operator = self.achievers[i]
+            if (
+                self.missing[operator] == 0
+                and self.costs[operator] == cost
+                and cost == self.start_costs[operator]
+                and self.action_of[operator] >= 0
+            ):
+                self.prefer(self.action_of[operator])
