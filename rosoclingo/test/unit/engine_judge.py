@@ -5,18 +5,8 @@ from __future__ import annotations
 import random
 from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
-from rosoclingo.engine.flat import (
-    ADDS,
-    BECOMES,
-    NEEDS_LEAST,
-    NEEDS_MOST,
-    TAKES,
-    Action,
-    FlatTask,
-    Numbers,
-    Pairs,
-    Request,
-)  # fmt: skip
+from rosoclingo.engine.flat import FlatAction, FlatNumbers, FlatPairs, FlatRequest, FlatTask
+from rosoclingo.engine.kinds import ADDS, BECOMES, NEEDS_LEAST, NEEDS_MOST, TAKES
 
 
 class Moment(NamedTuple):
@@ -27,12 +17,12 @@ class Moment(NamedTuple):
     met: Tuple[bool, ...]
 
 
-def pairs(draw: random.Random, domains: Sequence[int], most: int) -> Pairs:
+def pairs(draw: random.Random, domains: Sequence[int], most: int) -> FlatPairs:
     chosen = draw.sample(range(len(domains)), draw.randint(0, min(most, len(domains))))
     return [(variable, draw.randrange(domains[variable])) for variable in chosen]
 
 
-def random_numbers(draw: random.Random, limits: Sequence[int]) -> Numbers:
+def random_numbers(draw: random.Random, limits: Sequence[int]) -> FlatNumbers:
     return [
         (draw.randint(TAKES, NEEDS_MOST), number, draw.randint(0, limits[number]))
         for number in draw.choices(range(len(limits)), k=draw.randint(0, 2))
@@ -50,7 +40,7 @@ def random_walk(draw: random.Random, task: FlatTask, length: int) -> List[Moment
     return moments
 
 
-def random_request(draw: random.Random, task: FlatTask) -> Request:
+def random_request(draw: random.Random, task: FlatTask) -> FlatRequest:
     """Draws a request: mostly of what holds after some actions, else of anything."""
     if draw.random() < 0.1:
         return pairs(draw, task.domains, 3), []
@@ -72,7 +62,7 @@ def random_task(draw: random.Random, *, actors: int = 2, actions: int = 20) -> F
     """Draws a task with each kind of need, effect and number."""
     domains = [draw.choice([1, 2, 3, 3, 4, 4]) for _ in range(draw.randint(3, 5))]
     limits = [draw.randint(1, 4) for _ in range(draw.randint(0, 2))]
-    drawn: List[Action] = []
+    drawn: List[FlatAction] = []
     for _ in range(draw.randint(actions // 2, actions)):
         changed = pairs(draw, domains, 2) or [(0, draw.randrange(domains[0]))]
         effects = [
@@ -115,7 +105,7 @@ def begin(task: FlatTask) -> Moment:
     )
 
 
-def after(task: FlatTask, moment: Moment, action: Action) -> Optional[Moment]:
+def after(task: FlatTask, moment: Moment, action: FlatAction) -> Optional[Moment]:
     """Returns what holds after an action, None if it cannot be done."""
     needs, others, effects, numbers, _, _ = action
     values, levels = list(moment.values), list(moment.levels)
@@ -181,7 +171,7 @@ class Item(NamedTuple):
     alters: frozenset
 
 
-def item_of_action(action: Action) -> Item:
+def item_of_action(action: FlatAction) -> Item:
     needs, others, effects, numbers, _, _ = action
 
     def of(*kinds: int) -> frozenset:
@@ -198,7 +188,7 @@ def item_of_action(action: Action) -> Item:
     )
 
 
-def item_of_request(task: FlatTask, request: Request) -> Item:
+def item_of_request(task: FlatTask, request: FlatRequest) -> Item:
     values, ranges = request
     return Item(
         frozenset(variable for variable, _ in values),
@@ -246,7 +236,7 @@ class Schedule:
     def _begin(self, item: Item) -> int:
         return max((end for other, end in self._ended if waits(item, other)), default=0)
 
-    def add(self, action: Action, before: Moment, following: Moment) -> None:
+    def add(self, action: FlatAction, before: Moment, following: Moment) -> None:
         item = item_of_action(action)
         cost, actor = action[4], action[5]
         end = max(self._begin(item), self._actors.get(actor, 0) if actor >= 0 else 0) + cost

@@ -11,9 +11,10 @@ from typing import Callable, List
 
 import pytest
 
-from rosoclingo.engine.flat import ADDS, TAKES, Action, FlatTask
-from rosoclingo.engine.process import CLOSED, LOST, SearchProcess
-from rosoclingo.engine.worker import NO_PLAN, OUT_OF_MEMORY, OUT_OF_TIME, THROUGH
+from rosoclingo.engine.flat import FlatAction, FlatTask
+from rosoclingo.engine.kinds import ADDS, TAKES
+from rosoclingo.engine.process import SearchProcess
+from rosoclingo.engine.worker import SearchEnd
 
 SECONDS = 120  # until a test gives up waiting
 BYTES = 2**31
@@ -21,7 +22,7 @@ BYTES = 2**31
 
 def steps(length: int) -> FlatTask:
     """A line of rooms, through which one robot goes."""
-    actions: List[Action] = []
+    actions: List[FlatAction] = []
     for room in range(length - 1):
         actions.append(([(0, room)], [], [([], 0, room + 1)], [], 1, 0))
         actions.append(([(0, room + 1)], [], [([], 0, room)], [], 1, 0))
@@ -34,7 +35,7 @@ def counters(number: int, parity: int) -> FlatTask:
     The relaxation, in which each level is reached in one action, does not see that.
     """
     limit = 9
-    actions: List[Action] = []
+    actions: List[FlatAction] = []
     for one in range(number):
         actions.append(([], [], [], [(ADDS, one, 2)], 1, 0))
         actions.append(([], [], [], [(TAKES, one, 2)], 1, 0))
@@ -69,7 +70,7 @@ def test_a_plan_is_found_and_improved_until_it_is_the_best() -> None:
     process = ended(steps(5))
     assert process.latest() == [0, 2, 4, 6]
     assert process.plans_found == 1
-    assert process.why_ended == THROUGH
+    assert process.why_ended == SearchEnd.THROUGH
     assert process.seconds > 0
 
 
@@ -79,18 +80,18 @@ def test_no_requests_are_met_by_an_empty_plan() -> None:
 
 def test_a_task_without_a_plan_is_told_as_such() -> None:
     process = ended(counters(2, 3))
-    assert (process.latest(), process.why_ended) == (None, NO_PLAN)
+    assert (process.latest(), process.why_ended) == (None, SearchEnd.NO_PLAN)
 
 
 def test_processor_time_ends() -> None:
     process = ended(counters(12, 3), seconds=0.3)
-    assert (process.latest(), process.why_ended) == (None, OUT_OF_TIME)
+    assert (process.latest(), process.why_ended) == (None, SearchEnd.OUT_OF_TIME)
 
 
 @pytest.mark.costly
 def test_memory_ends() -> None:
     process = ended(counters(200, 3), memory=40 * 2**20)
-    assert (process.latest(), process.why_ended) == (None, OUT_OF_MEMORY)
+    assert (process.latest(), process.why_ended) == (None, SearchEnd.OUT_OF_MEMORY)
 
 
 def test_a_process_can_be_closed_while_it_searches() -> None:
@@ -98,7 +99,7 @@ def test_a_process_can_be_closed_while_it_searches() -> None:
     assert not process.has_ended
     process.close()
     assert process.has_ended
-    assert process.why_ended == CLOSED
+    assert process.why_ended == SearchEnd.CLOSED
     process.close()
 
 
@@ -109,7 +110,7 @@ def test_a_process_that_is_killed_is_lost() -> None:
     )
     os.kill(process.pid, signal.SIGKILL)
     news.wait_for(lambda: process.has_ended)
-    assert (process.latest(), process.why_ended) == (None, LOST)
+    assert (process.latest(), process.why_ended) == (None, SearchEnd.LOST)
     process.close()
 
 

@@ -11,8 +11,9 @@ from typing import List
 import engine_judge as judge
 import pytest
 
-from rosoclingo.engine.flat import ADDS, BECOMES, FlatTask
+from rosoclingo.engine.flat import FlatTask
 from rosoclingo.engine.improving import Improver
+from rosoclingo.engine.kinds import ADDS, BECOMES
 from rosoclingo.engine.search import OutOfTimeError, Search
 
 DRAWS = 1000 if os.environ.get("FULL") else 60

@@ -6,12 +6,11 @@ CMake has these four compiled. Uncompiled, they run as they are, slowly, and nee
 """
 
 import os
-
-import rosoclingo
+import sys
 
 # The devel space has only compiled modules here, and they go first.
 __path__ = [
     folder
-    for folder in (os.path.join(path, "engine") for path in rosoclingo.__path__)
+    for folder in (os.path.join(path, "engine") for path in sys.modules["rosoclingo"].__path__)
     if os.path.isdir(folder)
 ]

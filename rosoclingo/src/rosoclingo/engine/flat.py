@@ -7,29 +7,18 @@ battery of at least 2 left::
         domains=[2], initial=[0],
         limits=[5], levels=[4],
         requests=[([(0, 1)], [(0, 2, 5)])],
-        actions=[([(0, 0)], [], [([], 0, 1)], [(TAKES, 0, 2)], 1, 0)],
+        actions=[([(0, 0)], [], [([], 0, 1)], [(kinds.TAKES, 0, 2)], 1, 0)],
     )
 """
 
 from typing import List, NamedTuple, Tuple
 
-TAKES = 0
-"""The action takes the amount; so much has to be there before."""
-ADDS = 1
-"""The action adds the amount; level and amount together are at most the limit before."""
-BECOMES = 2
-"""The number has the amount afterwards, whatever else the action takes or adds."""
-NEEDS_LEAST = 3
-"""The level before is at least the amount."""
-NEEDS_MOST = 4
-"""The level before is at most the amount."""
-
-Pairs = List[Tuple[int, int]]
+FlatPairs = List[Tuple[int, int]]
 """Variables with values."""
-Effects = List[Tuple[Pairs, int, int]]
-Numbers = List[Tuple[int, int, int]]
-Action = Tuple[Pairs, Pairs, Effects, Numbers, int, int]
-Request = Tuple[Pairs, List[Tuple[int, int, int]]]
+FlatEffects = List[Tuple[FlatPairs, int, int]]
+FlatNumbers = List[Tuple[int, int, int]]
+FlatAction = Tuple[FlatPairs, FlatPairs, FlatEffects, FlatNumbers, int, int]
+FlatRequest = Tuple[FlatPairs, List[Tuple[int, int, int]]]
 
 
 class FlatTask(NamedTuple):
@@ -46,7 +35,7 @@ class FlatTask(NamedTuple):
             ``needs``, and any other values than those of ``others``. An effect ``(conditions,
             variable, value)`` takes place if all conditions hold before the action; of several
             effects on a variable, the last one counts. A change of a number or a need is ``(kind,
-            number, amount)``, with :data:`TAKES` and so on; what an action takes of a number in
+            number, amount)``, with a kind of :mod:`.kinds`; what an action takes of a number in
             several parts counts as one, and so does what it adds. The cost is not negative; the
             actor is the index of the actuator, -1 for none.
     """
@@ -55,5 +44,5 @@ class FlatTask(NamedTuple):
     initial: List[int]
     limits: List[int]
     levels: List[int]
-    requests: List[Request]
-    actions: List[Action]
+    requests: List[FlatRequest]
+    actions: List[FlatAction]

@@ -12,10 +12,10 @@ long as it costs. The random numbers have a fixed seed, and budgets count states
 limit of time cuts the sequence of plans, but does not change it.
 """
 
+from rosoclingo.engine.kinds import ADDS, BECOMES, NEEDS_LEAST, NEEDS_MOST, TAKES
 from rosoclingo.engine.search import OutOfTimeError, Search
 from rosoclingo.engine.states import merge_numbers
 
-TAKES, ADDS, BECOMES, NEEDS_LEAST, NEEDS_MOST = range(5)
 GREED_OF_WHOLE = (5, 3, 2, 1)
 GREED_OF_WINDOWS = (1, 1, 2, 5)
 FIRST_WINDOW = 8  # actions

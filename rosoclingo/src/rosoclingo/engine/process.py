@@ -14,13 +14,8 @@ from typing import Callable, List, Optional, Union
 
 from rosoclingo import engine
 from rosoclingo.engine.flat import FlatTask
-from rosoclingo.engine.worker import LENGTH_BYTES, OUT_OF_TIME
+from rosoclingo.engine.worker import LENGTH_BYTES, SearchEnd
 from rosoclingo.errors import SeedPlannerError
-
-LOST = "lost"
-"""Why a process ended that was killed, or failed."""
-CLOSED = "closed"
-"""Why a process ended that :meth:`SearchProcess.close` has ended."""
 
 _WORKER = str(Path(__file__).with_name("worker.py"))
 _SPARE_SECONDS = 5  # of processor time, beside the search; a search ends itself before
@@ -46,11 +41,11 @@ def _command() -> List[str]:
 
 
 def _read(read: Callable[[int], bytes]) -> Union[str, List[int]]:
-    """Reads a record; :data:`LOST` after the last one, if that is not the reason."""
+    """Reads a record; :attr:`SearchEnd.LOST` after the last one, if that is not the reason."""
     size = int.from_bytes(read(LENGTH_BYTES), "little")
     data = read(size)
     if not size or len(data) < size:
-        return LOST
+        return SearchEnd.LOST
     return marshal.loads(data)  # noqa: S302 (of our process)
 
 
@@ -134,10 +129,10 @@ class SearchProcess:
             code = -os.WTERMSIG(status) if signaled else os.WEXITSTATUS(status)
             self._process.returncode = code
             self._seconds = usage.ru_utime + usage.ru_stime
-            if reason == LOST and code == -signal.SIGXCPU:
-                reason = OUT_OF_TIME
-            elif reason == LOST and self._is_closing:
-                reason = CLOSED
+            if reason == SearchEnd.LOST and code == -signal.SIGXCPU:
+                reason = SearchEnd.OUT_OF_TIME
+            elif reason == SearchEnd.LOST and self._is_closing:
+                reason = SearchEnd.CLOSED
             self._why_ended = reason
             self._is_gone = True
 
@@ -155,7 +150,7 @@ class SearchProcess:
     def why_ended(self) -> str:
         """The reason for the end.
 
-        One of this module's and of :mod:`.worker`'s constants; empty while the process runs.
+        A constant of :class:`~rosoclingo.engine.worker.SearchEnd`; empty while the process runs.
         """
         return self._why_ended
 

@@ -13,11 +13,7 @@ from array import array
 
 import cython
 
-TAKES = cython.declare(cython.int, 0)
-ADDS = cython.declare(cython.int, 1)
-BECOMES = cython.declare(cython.int, 2)
-NEEDS_LEAST = cython.declare(cython.int, 3)
-NEEDS_MOST = cython.declare(cython.int, 4)
+from rosoclingo.engine.kinds import ADDS, BECOMES, NEEDS_LEAST, TAKES
 
 UNREACHED = cython.declare(cython.int, 1 << 29)
 MOST_COST = cython.declare(cython.int, 1 << 16)  # of a fact; higher ones count as this
@@ -116,7 +112,7 @@ def number_needs(numbers: list, limits: list) -> list:
 
 
 @cython.cclass
-class Relaxation:
+class RelaxedTask:
     """The relaxed task. :meth:`evaluate` reads the state in an array that the caller fills."""
 
     owned: list  # the arrays, which must not move

@@ -14,10 +14,10 @@ from array import array
 
 import cython
 
-from rosoclingo.engine.relaxation import Relaxation
+from rosoclingo.engine.relaxation import RelaxedTask
 from rosoclingo.engine.states import States
 
-FIRST_ROOM = 1024
+_FIRST_ROOM = 1024
 BOOST = cython.declare(cython.int, 1000)
 WINDOW_BOOST = cython.declare(cython.int, 100)
 STEPS_PER_CHECK = cython.declare(cython.int, 15)  # one less than a power of 2
@@ -70,7 +70,7 @@ class Heap:
 
     def grow(self) -> None:
         """Makes room for half as many items more."""
-        more: int = max(FIRST_ROOM, self.room // 2)
+        more: int = max(_FIRST_ROOM, self.room // 2)
         self.keys_array.frombytes(bytes(8 * more))
         self.items_array.frombytes(bytes(4 * more))
         self.keys = longs(self.keys_array)
@@ -219,7 +219,7 @@ class Search:
         self.evaluations = 0
         self.steps = 0
         self.states = States(task)
-        self.relaxation = Relaxation(task, self.states.state)
+        self.relaxation = RelaxedTask(task, self.states.state)
         self.first_request = len(task[0]) + len(task[2])
         self.owned = [array("i", [action[5] for action in actions] + [0])]
         self.actors = ints(self.owned[0])
@@ -263,7 +263,7 @@ class Search:
 
     def grow(self) -> None:
         """Makes room for half as many successors more."""
-        more: int = max(FIRST_ROOM, self.items_room // 2)
+        more: int = max(_FIRST_ROOM, self.items_room // 2)
         self.item_states_array.frombytes(bytes(4 * more))
         self.item_actions_array.frombytes(bytes(4 * more))
         self.item_states = ints(self.item_states_array)
@@ -410,7 +410,7 @@ class Search:
     @cython.exceptval(-1)
     def set_distance(self, state: cython.int, distance: cython.longlong) -> cython.int:
         if state >= self.distances_room:
-            more: int = max(FIRST_ROOM, self.distances_room // 2)
+            more: int = max(_FIRST_ROOM, self.distances_room // 2)
             self.distances_array.frombytes(bytes(8 * more))
             self.distances = longs(self.distances_array)
             self.distances_room += more

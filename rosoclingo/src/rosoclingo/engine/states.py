@@ -12,14 +12,10 @@ from array import array
 
 import cython
 
-TAKES = cython.declare(cython.int, 0)
-ADDS = cython.declare(cython.int, 1)
-BECOMES = cython.declare(cython.int, 2)
-NEEDS_LEAST = cython.declare(cython.int, 3)
-NEEDS_MOST = cython.declare(cython.int, 4)
+from rosoclingo.engine.kinds import ADDS, BECOMES, NEEDS_LEAST, TAKES
 
 WORD_BITS = 31  # so that the sign does not matter
-FIRST_ROOM = 1024
+_FIRST_ROOM = 1024
 UNCHANGED = cython.declare(cython.int, -1)
 # Of the hash, by Fowler, Noll and Vo; with types, as large literals would be Python objects.
 HASH_START = cython.declare(cython.uint, 2166136261)
@@ -231,12 +227,12 @@ class States:
         self.size = 0
         if len(self.rows_array) == 0:
             self.grow()
-        if self.slots_array is None or self.slots_mask >= 4 * FIRST_ROOM:
-            self.slots_array = array("i", [-1]) * (4 * FIRST_ROOM)
+        if self.slots_array is None or self.slots_mask >= 4 * _FIRST_ROOM:
+            self.slots_array = array("i", [-1]) * (4 * _FIRST_ROOM)
             self.slots = ints(self.slots_array)
-            self.slots_mask = 4 * FIRST_ROOM - 1
+            self.slots_mask = 4 * _FIRST_ROOM - 1
         else:
-            for i in range(4 * FIRST_ROOM):
+            for i in range(4 * _FIRST_ROOM):
                 self.slots[i] = -1
         self.meet()
         self.store(-1, -1)
@@ -447,7 +443,7 @@ class States:
 
     def grow(self) -> None:
         """Makes room for half as many states more."""
-        more: int = max(FIRST_ROOM, self.room // 2)
+        more: int = max(_FIRST_ROOM, self.room // 2)
         self.rows_array.frombytes(bytes(4 * more * self.width))
         self.parents_array.frombytes(bytes(4 * more))
         self.by_array.frombytes(bytes(4 * more))

@@ -21,13 +21,22 @@ from marshal import dumps, loads
 from posix import getppid
 from time import process_time
 
-THROUGH = "through"
-"""The last plan cannot be improved by more search, or no improvement was asked for."""
-NO_PLAN = "no plan"
-"""No plan exists: all states that can be reached have been searched."""
-OUT_OF_TIME = "out of time"
-OUT_OF_MEMORY = "out of memory"
 LENGTH_BYTES = 4
+
+
+class SearchEnd:
+    """Reasons for the end of a search."""
+
+    THROUGH = "through"
+    """The last plan cannot be improved by more search, or no improvement was asked for."""
+    NO_PLAN = "no plan"
+    """No plan exists: all states that can be reached have been searched."""
+    OUT_OF_TIME = "out of time"
+    OUT_OF_MEMORY = "out of memory"
+    LOST = "lost"
+    """The process was killed, or failed."""
+    CLOSED = "closed"
+    """The process was ended by its :class:`~rosoclingo.engine.process.SearchProcess`."""
 
 
 def write(record) -> None:
@@ -65,17 +74,17 @@ def search(task: tuple, options: dict, parent: int) -> str:
     try:
         plan = Search(task, Limit(parent, options["seconds"])).find()
         if plan is None:
-            return NO_PLAN
+            return SearchEnd.NO_PLAN
         write(plan)
         if options["improve_seconds"] > 0:
             improver = Improver(task, Limit(parent, options["improve_seconds"]))
             for better in improver.improve(plan):
                 write(better)
     except OutOfTimeError:
-        return OUT_OF_TIME
+        return SearchEnd.OUT_OF_TIME
     except MemoryError:
-        return OUT_OF_MEMORY
-    return THROUGH
+        return SearchEnd.OUT_OF_MEMORY
+    return SearchEnd.THROUGH
 
 
 def main() -> None:
