@@ -97,13 +97,15 @@ class _Order:
     def add(self, roles: _Roles, mark: int) -> None:
         for role, things in (
             ("reads", roles.reads),
-            ("writes", roles.writes),
             ("takes", roles.takes),
             ("heeds", roles.heeds),
             ("alters", roles.alters),
         ):
             for thing in things:
                 self._marks.setdefault((role, thing), set()).add(mark)
+        for variable in roles.writes:  # it waits for all that had to do with the variable before
+            self._marks["reads", variable] = set()
+            self._marks["writes", variable] = {mark}
 
 
 class Improver:
