@@ -1,4 +1,4 @@
-"""Skips the costly tests that are in another part than this run, and times searches in process.
+"""Skips the costly tests of another part, times searches in process, and finds the compiled search.
 
 See test/parts.py.
 """
@@ -9,6 +9,7 @@ import importlib
 import os
 import pkgutil
 import time
+from pathlib import Path
 from types import SimpleNamespace
 from typing import List, Set
 
@@ -21,12 +22,28 @@ left_out: Set[str] = set()
 
 
 def pytest_configure() -> None:
-    """Refuses a part that there is not."""
+    """Refuses a part that there is not, and prefers compiled modules."""
+    _find_compiled_search()
     if PART and not is_part(PART):
         raise pytest.UsageError(
             f"PART={PART} in the environment: expected a number from 1 to {NUMBER}; "
             "without it all tests run"
         )
+
+
+def _find_compiled_search() -> None:
+    """Lets tests in process use the modules that a build has compiled, if no source is newer."""
+    try:
+        engine = importlib.import_module("rosoclingo.engine")
+    except ImportError:  # tests that do not have our packages
+        return
+    built = Path(__file__).parent / "devel/lib/python3/dist-packages/rosoclingo/engine"
+    compiled = {file.name.partition(".")[0]: file for file in built.glob("*.so")}
+    sources = [Path(engine.__path__[-1]) / f"{name}.py" for name in compiled]
+    if sources and str(built) not in engine.__path__:
+        newest = max(source.stat().st_mtime for source in sources)
+        if newest < min(file.stat().st_mtime for file in compiled.values()):
+            engine.__path__.insert(0, str(built))
 
 
 @pytest.hookimpl(tryfirst=True)  # before -k and -m leave variants out

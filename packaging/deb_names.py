@@ -33,6 +33,9 @@ LIBRARY_KEYS = {
     "scipy": "python3-scipy",
 }
 
+CYTHON = "cython3"
+"""Key of rosdep and apt package; a catkin package that needs it to build has compiled modules."""
+
 _PYTHON = {
     "actionlib", "diagnostic_updater", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
     "rosmaster", "rosnode", "rospy",
@@ -80,7 +83,7 @@ def apt_names(key: str, system: System, *, build: bool = False) -> List[str]:
     Raises:
         UnknownKeyError: No table has the key.
     """
-    if key.startswith("python3-"):
+    if key == CYTHON or key.startswith("python3-"):
         return [] if key.endswith("-pip") else [key]
     if key not in _PYTHON | _MESSAGES | set(_OTHERS):
         raise UnknownKeyError(f"no apt package is known for '{key}': add it to {__file__}")

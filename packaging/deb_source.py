@@ -23,7 +23,15 @@ from catkin_pkg.package import Package
 from catkin_pkg.topological_order import topological_order
 
 from deb_libraries import Environment, Libraries, LibraryError, read_requirements
-from deb_names import LIBRARY_KEYS, System, UnknownKeyError, apt_names, deb_name, recommended
+from deb_names import (
+    CYTHON,
+    LIBRARY_KEYS,
+    System,
+    UnknownKeyError,
+    apt_names,
+    deb_name,
+    recommended,
+)
 
 ROOT = Path(__file__).resolve().parents[1]
 _ABOUT = "Of ROSoClingo, by which robots that run ROS plan with the answer-set solver clingo. "
@@ -73,13 +81,17 @@ class SourcePackage:
         """
         names = self._names(self.package.exec_depends + self.package.build_export_depends)
         names += [name for name in libraries.depends if name not in names]
-        if libraries.binary:
+        if self._is_binary(libraries):
             major, minor = sys.version_info[:2]
             names += [f"python3 (>= {major}.{minor}~)", f"python3 (<< {major}.{minor + 1})"]
             names += ["libc6", "libgcc-s1", "libstdc++6"]
         else:
             names.append("python3")
         return names
+
+    def _is_binary(self, libraries: Libraries) -> bool:
+        compiled = any(depend.name == CYTHON for depend in self.package.build_depends)
+        return compiled or libraries.binary
 
     def _names(self, depends: List[object], *, build: bool = False) -> List[str]:
         names: List[str] = []
@@ -107,7 +119,7 @@ class SourcePackage:
             "codename": codename,
             "maintainer": f"{package.maintainers[0].name} <{package.maintainers[0].email}>",
             "homepage": package.urls[0].url,
-            "architecture": "any" if libraries.binary else "all",
+            "architecture": "any" if self._is_binary(libraries) else "all",
             "compat": "12" if self._system is System.NOETIC else "13",
             "build_depends": ", ".join(self.build_depends()),
             "depends": ", ".join(self.depends(libraries)),

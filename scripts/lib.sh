@@ -45,7 +45,7 @@ apt_packages() {
       python3-geometry-msgs python3-move-base-msgs python3-nav-msgs python3-rosgraph-msgs \
       python3-sensor-msgs python3-tf2-msgs python3-visualization-msgs python3-std-srvs
   fi
-  echo build-essential cmake python3-venv
+  echo build-essential cmake cython3 python3-dev python3-venv
   # What cv_bridge and others of apt are built for; pip gets what apt's are too old for.
   echo python3-aiohttp python3-cffi python3-defusedxml python3-hypothesis python3-lz4 python3-matplotlib python3-numpy python3-pil python3-ruamel.yaml \
     python3-scipy python3-shapely python3-skimage

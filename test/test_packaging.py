@@ -81,6 +81,13 @@ def test_names_of_noetic(package: Package) -> None:
             assert re.search(rf"\s{name}[\s\\)]", text), name
 
 
+def test_compiled_modules_are_of_a_processor_and_a_version_of_python() -> None:
+    (package,) = (package for package in PACKAGES if package.name == "rosoclingo")
+    source = source_of(package)
+    assert {"cython3", "python3-dev"} <= set(source.build_depends())
+    assert any(name.startswith("python3 (<< ") for name in source.depends(NONE))
+
+
 def test_each_library_has_a_package() -> None:
     assert set(LIBRARY_KEYS) == set(REQUIREMENTS)
     required = {name for package in PACKAGES for name in requirements_of(package, REQUIREMENTS)}

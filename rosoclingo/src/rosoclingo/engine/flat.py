@@ -1,0 +1,48 @@
+"""A planning task in integers, as the search reads it.
+
+Of two rooms and a robot with a battery of 5, which is in room 0 and is to be in room 1 with a
+battery of at least 2 left::
+
+    FlatTask(
+        domains=[2], initial=[0],
+        limits=[5], levels=[4],
+        requests=[([(0, 1)], [(0, 2, 5)])],
+        actions=[([(0, 0)], [], [([], 0, 1)], [(kinds.TAKES, 0, 2)], 1, 0)],
+    )
+"""
+
+from typing import List, NamedTuple, Tuple
+
+FlatPairs = List[Tuple[int, int]]
+"""Variables with values."""
+FlatEffects = List[Tuple[FlatPairs, int, int]]
+FlatNumbers = List[Tuple[int, int, int]]
+FlatAction = Tuple[FlatPairs, FlatPairs, FlatEffects, FlatNumbers, int, int]
+FlatRequest = Tuple[FlatPairs, List[Tuple[int, int, int]]]
+
+
+class FlatTask(NamedTuple):
+    """A task of lists, tuples and integers only, so that ``tuple(task)`` can be marshalled.
+
+    Attributes:
+        domains: The number of values of each variable; the values are numbered from 0.
+        initial: The value of each variable now.
+        limits: The limit of each number, at most 999,999,999; levels are from 0 to there.
+        levels: The level of each number now.
+        requests: Each with wishes ``(variable, value)`` and ``(number, least, most)``. A request is
+            met once all of its wishes hold at the same time, and stays met. A plan meets all.
+        actions: Each is ``(needs, others, effects, numbers, cost, actor)``. It needs the values of
+            ``needs``, and any other values than those of ``others``. An effect ``(conditions,
+            variable, value)`` takes place if all conditions hold before the action; of several
+            effects on a variable, the last one counts. A change of a number or a need is ``(kind,
+            number, amount)``, with a kind of :mod:`.kinds`; what an action takes of a number in
+            several parts counts as one, and so does what it adds. The cost is not negative; the
+            actor is the index of the actuator, -1 for none.
+    """
+
+    domains: List[int]
+    initial: List[int]
+    limits: List[int]
+    levels: List[int]
+    requests: List[FlatRequest]
+    actions: List[FlatAction]

@@ -1,0 +1,104 @@
+"""The process that searches: reads a task, writes each plan as soon as it is found.
+
+    python -I -S worker.py PARENT CYTHON FOLDER...
+
+PARENT is the process that reads the plans; the search ends when that has gone. The FOLDERs have the
+modules of this package, of which the first one counts, and CYTHON, unless it is empty, is where
+uncompiled ones find Cython. Nothing is imported that is not needed, so that the process starts
+fast.
+
+Standard input has ``(task, options)``, marshalled, where the task is the tuple of a
+:class:`~rosoclingo.engine.flat.FlatTask`. The options are ``seconds``, the processor time of the
+search for a first plan, and ``improve_seconds``, that of the search for better ones afterwards.
+
+Standard output has records, each with its length before it, in four bytes with the lowest first. A
+record is a marshalled list of the indices of a plan's actions; the last one is the reason for the
+end.
+"""
+
+import sys
+from marshal import dumps, loads
+from posix import getppid
+from time import process_time
+
+LENGTH_BYTES = 4
+
+
+class SearchEnd:
+    """Reasons for the end of a search."""
+
+    THROUGH = "through"
+    """The last plan cannot be improved by more search, or no improvement was asked for."""
+    NO_PLAN = "no plan"
+    """No plan exists: all states that can be reached have been searched."""
+    OUT_OF_TIME = "out of time"
+    OUT_OF_MEMORY = "out of memory"
+    LOST = "lost"
+    """The process was killed, or failed."""
+    CLOSED = "closed"
+    """The process was ended by its :class:`~rosoclingo.engine.process.SearchProcess`."""
+
+
+def write(record) -> None:
+    """Writes a record."""
+    data = dumps(record)
+    sys.stdout.buffer.write(len(data).to_bytes(LENGTH_BYTES, "little") + data)
+    sys.stdout.buffer.flush()
+
+
+class Limit:
+    """The end of the processor time. Also stops a search whose parent has gone."""
+
+    def __init__(self, parent: int, seconds: float) -> None:
+        """Takes the parent's process number, and the processor time from now on, in seconds."""
+        self._parent = parent
+        self._end = process_time() + seconds
+
+    def __call__(self) -> bool:
+        """Tells whether to stop."""
+        if getppid() != self._parent:
+            sys.exit()
+        return process_time() > self._end
+
+
+def search(task: tuple, options: dict, parent: int) -> str:
+    """Searches, and writes the plans.
+
+    Returns:
+        The reason for the end.
+    """
+    # main says first where they are.
+    from rosoclingo.engine.improving import Improver  # noqa: PLC0415
+    from rosoclingo.engine.search import OutOfTimeError, Search  # noqa: PLC0415
+
+    try:
+        plan = Search(task, Limit(parent, options["seconds"])).find()
+        if plan is None:
+            return SearchEnd.NO_PLAN
+        write(plan)
+        if options["improve_seconds"] > 0:
+            improver = Improver(task, Limit(parent, options["improve_seconds"]))
+            for better in improver.improve(plan):
+                write(better)
+    except OutOfTimeError:
+        return SearchEnd.OUT_OF_TIME
+    except MemoryError:
+        return SearchEnd.OUT_OF_MEMORY
+    return SearchEnd.THROUGH
+
+
+def main() -> None:
+    """Runs the process."""
+    _, parent, cython, *folders = sys.argv
+    for name, path in (("rosoclingo", []), ("rosoclingo.engine", folders)):
+        package = type(sys)(name)  # instead of packages that import more
+        package.__path__ = path
+        sys.modules[name] = package
+    if cython:
+        sys.path.append(cython)
+    task, options = loads(sys.stdin.buffer.read())  # noqa: S302 (of the parent)
+    write(search(task, options, int(parent)))
+
+
+if __name__ == "__main__":
+    main()
