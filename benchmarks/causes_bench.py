@@ -63,7 +63,7 @@ def explain(run: Run, steps: Sequence[Sequence[str]]) -> float:
     run([Restart()])
     (programs,) = run([GetPrograms()]).answers
     assert isinstance(programs, Programs)
-    demand.begin(programs.parts)
+    demand.begin(programs)
     run([demand.ground([Part("base")])])
     for step, atoms in enumerate([[], *steps]):
         demand.tell([atom.replace("T)", f"{step})") for atom in atoms])

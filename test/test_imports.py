@@ -24,7 +24,7 @@ FLOORS = {
         "solver", "ros",
     ],
     "rosoclingo": [
-        "errors", "launched", "engine", "seed",
+        "errors", "launched", "engine",
         "loop.words", "loop.quality", "loop.journal", "loop.values", "loop.planner", "loop.inputs",
         "loop.mode", "loop.execution", "loop",
         "drawing", "commands", "single", "store",

@@ -59,6 +59,7 @@ nitpick_ignore_regex = [
         r"|visualization_msgs|yaml)\..*",
     ),
     ("py:.*", r"ros.*\.(_\w+|T)"),
+    ("py:class", r"long long|void"),  # what is said of compiled functions
 ]
 
 graphviz_output_format = "svg"

@@ -1,7 +1,7 @@
 """Plans, executes, monitors and replans a robot's tasks with two clingo solvers.
 
-Folders: :mod:`.loop`, the planning loop, with first plans by :mod:`.seed`; :mod:`.single`, the
-one-node system; :mod:`.store`, durable runs; :mod:`.why`, explanations of plans; :mod:`.bags`,
+Folders: :mod:`.loop`, the planning loop, with a search of its own, :mod:`.engine`; :mod:`.single`,
+the one-node system; :mod:`.store`, durable runs; :mod:`.why`, explanations of plans; :mod:`.bags`,
 recording, replay and reports; and :mod:`.ros`, the nodes. For authors of encodings: :mod:`.desk`
 plans in one process, with :mod:`.profile` and pictures by :mod:`.drawing`; :mod:`.check` tests
 encodings; :mod:`.pddl` imports tasks; :mod:`.scaffold` writes a package. A user adds commands to

@@ -78,5 +78,9 @@ class InterruptedQuestionError(RosclingoError):
     """A question was not answered in time."""
 
 
-class SeedPlannerError(RosclingoError):
-    """The planner for first plans is unknown, or not installed."""
+class TaskError(RosclingoError):
+    """A plan is none for its task."""
+
+
+class SearchProcessError(RosclingoError):
+    """The process that searches for plans cannot be started."""

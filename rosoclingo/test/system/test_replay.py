@@ -461,7 +461,7 @@ def test_a_mode_that_resets(terminals: Terminals, recorder: Recorder, tmp_path: 
     program = read_recording(bag).programs["/rosoclingo"]
     assert program.parameters == {
         "abort_unreachable": True, "patience": -1.0, "one_by_one_seconds": 2.0,
-        "seed_planner": "none", "ask_before": [], "policies": {},
+        "ask_before": [], "ask_again": 60.0, "policies": {},
     }  # fmt: skip
 
 

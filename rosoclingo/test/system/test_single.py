@@ -143,6 +143,22 @@ def test_only_the_goal_that_cannot_be_reached_ends(terminals: Terminals) -> None
 
 
 @pytest.mark.costly
+@pytest.mark.parametrize(
+    "started", [["single.launch"], ["rosoclingo.launch", "mode:=dynamic.incremental.recording"]]
+)
+def test_the_argument_of_seed_planners_is_accepted(
+    terminals: Terminals, started: list[str]
+) -> None:
+    system = terminals.start(
+        "roslaunch", "rosoclingo", *started, f"encoding:={line()}", "seed_planner:=lama"
+    )
+    system.wait_for("~seed_planner has no effect any more")
+    system.interrupt()
+    assert system.wait() == 0
+    assert system.output.count("~seed_planner") == 1
+
+
+@pytest.mark.costly
 def test_a_wrong_command_line(terminals: Terminals, tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.lp"
     wrong.write_text("#external query(t")
@@ -154,7 +170,6 @@ def test_a_wrong_command_line(terminals: Terminals, tmp_path: Path) -> None:
         (["--file", line(), "--no-such-option"], "no-such-option"),
         ([], "no file: there is no encoding"),
         (["--file", line(), "_slow_seconds:=-1"], "slow_seconds: expected seconds from 0: -1"),
-        (["--file", line(), "_seed_planner:=fast"], "seed_planner: expected lama or none: fast"),
         (["--file", line(), "_abort_unreachable:=7"], "abort_unreachable: expected true or false"),
         (["--file", line(), "_action_timeout:=soon"], "action_timeout: expected seconds"),
     ):

@@ -46,6 +46,7 @@ from rosoclingo.loop.journal import (
     to_text,
 )
 from rosoclingo.loop.planner import layers
+from rosoclingo.loop.planner.task_search import TaskSearch
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.solver import Forwarding
 
@@ -208,8 +209,14 @@ LINEN = [f"linen(ward_{ward},bags({bags}))" for ward in "abcd" for bags in (1, 2
 
 
 @pytest.mark.costly
+@pytest.mark.parametrize("how", [Ended.FOUND, Ended.LAYERED])
 @pytest.mark.parametrize("mode", MODES)
-def test_searches_in_layers_are_kept_in_a_replay(system: Make, mode: str) -> None:
+def test_searches_for_tasks_and_in_layers_are_kept_in_a_replay(
+    system: Make, mode: str, how: Ended, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if how is Ended.LAYERED:
+        monkeypatch.setattr(TaskSearch, "find", lambda *_: None)  # as if it took long
+
     def make(inbox: Inbox, *options: str) -> System:
         name, steps = f"dynamic.incremental.{mode}", ("-c", "steps=400")
         made = system(name, *steps, encoding=[*HOSPITAL, *options], inbox=inbox)
@@ -217,7 +224,8 @@ def test_searches_in_layers_are_kept_in_a_replay(system: Make, mode: str) -> Non
         return made
 
     recorded = record(make(Inbox()), 3, LINEN, "unlocked(isolation)", 3)
-    assert Ended.LAYERED in {one.how for one in events(recorded, SearchEnded)}
+    assert how in {one.how for one in events(recorded, SearchEnded)}
+    monkeypatch.setattr(TaskSearch, "find", lambda *_: pytest.fail("a replay searches"))
     replay_otherwise(make, recorded, 3, SearchEnded, PlanFound)
 
 
@@ -255,6 +263,7 @@ def test_searches_for_what_was_not_planned_in_time_are_kept_in_a_replay(
     system: Make, mode: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No search finds a plan in time, and each for more does."""
+    monkeypatch.setattr(TaskSearch, "find", lambda *_: None)
     monkeypatch.setattr(layers._OneByOne, "is_over", lambda search, begin: True)
     monkeypatch.setattr(layers, "_AT_ONCE_SECONDS", 0.0)
 

@@ -64,6 +64,14 @@ def test_a_plan(plan: Any) -> None:
     assert said.err == ""
 
 
+def test_the_option_of_seed_planners_is_accepted(plan: Any) -> None:
+    said = plan(LINE, "--goal", "visit(3)", "--seed-planner", "lama")
+    assert said.status == 0
+    assert said.err == (
+        "warning: --seed-planner has no effect any more: first plans come from rosoclingo\n"
+    )
+
+
 def test_a_plan_without_goals(plan: Any) -> None:
     said = plan(f"{EXAMPLES}/instance.lp", "-f", f"{EXAMPLES}/itoh", "--mode",
                 "static.incremental.recording", "-c", "steps=14")  # fmt: skip

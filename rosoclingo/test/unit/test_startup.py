@@ -241,7 +241,7 @@ def test_what_the_loop_decides_by(tmp_path: Path) -> None:
     values = {"abort_unreachable": True, "patience": 2.5, "explain": True}
     of = deciding(recording(), **values)
     assert commands(of, tmp_path)["rosoclingo"][-2:] == PARAMETERS
-    older = deciding(recording(), abort_unreachable=True, search_seconds=2.5)
+    older = deciding(recording(), abort_unreachable=True, search_seconds=2.5, seed_planner="lama")
     assert commands(older, tmp_path)["rosoclingo"][-2:] == PARAMETERS
     assert commands(of, tmp_path, planner="-f p")["rosoclingo"][-2:] == PARAMETERS
     assert commands(of, tmp_path, single="-f a.lp")["rosoclingo"][4:] == [*PARAMETERS, "-f", "a.lp"]

@@ -21,6 +21,7 @@ from test_actions import World, write
 
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner import layers
+from rosoclingo.loop.planner.task_search import TaskSearch
 
 SHARE, PERIOD = 0.2, 0.05  # of a processor, and of the seconds for which that is counted
 SEEDS = draws(list(range(2)), 10, "SLOW_EPISODES", 1)
@@ -163,6 +164,7 @@ def test_what_was_not_planned_in_time_is_planned_later(
     late: str, mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Both while robots act and while they wait; and a client is told what it waits for."""
+    monkeypatch.setattr(TaskSearch, "find", lambda *_: None)  # as if it took long
     monkeypatch.setattr(layers._OneByOne, "is_over", LATE[late])
     for name in ("_AT_ONCE_SECONDS", "_ONE_BY_ONE_SECONDS"):
         monkeypatch.setattr(layers, name, 0.0)

@@ -71,7 +71,7 @@ class Observer:
         self._engine = Engine(Options(tuple(map(str, files)), ()))
         self._demand = Demand()
         (programs,) = self._engine.run([GetPrograms()]).answers
-        self._demand.begin(programs.parts)
+        self._demand.begin(programs)
         assert self._engine.run([self._demand.ground([Part("base")])]).failure is None
         self._step = -1
         self._steps: Dict[str, int] = {}  # by the library's moments

@@ -120,7 +120,7 @@ class Engine:
             wire.AssignExternal: self._assign_external,
             wire.CleanupDomains: self._cleanup,
             wire.GetExternals: self._get_externals,
-            wire.GetPrograms: lambda _: wire.Programs(tuple(sorted(self._parts))),
+            wire.GetPrograms: lambda _: self._programs(),
             wire.GetStats: lambda _: wire.Stats(self._control.statistics),
             wire.Ground: self._ground,
             wire.Load: self._load,
@@ -401,7 +401,8 @@ class Engine:
         self._theory = theory
         self._messages = messages
         self._externals = externals
-        self._parts: Set[Tuple[str, int]] = {("base", 0)} | program.parts
+        self._parts: Dict[Tuple[str, int], Set[str]] = {("base", 0): set()}
+        self._add_parts(program)
         self._definitions: List[ast.AST] = list(program.definitions)
         self._external_signatures: Set[Tuple[str, int, bool]] = set()
         self._once: Set[_Part] = set()  # parts that were grounded by what asks
@@ -422,8 +423,16 @@ class Engine:
         program.add_to(self._control, self._theory)
         if program.has_heuristics:
             use_heuristics(self._control, self._options.clingo)
-        self._parts |= program.parts
+        self._add_parts(program)
         self._definitions += program.definitions
+
+    def _add_parts(self, program: Program) -> None:
+        for part, files in program.parts.items():
+            self._parts[part] = self._parts.get(part, set()) | files
+
+    def _programs(self) -> wire.Programs:
+        extended = frozenset(part for part, files in self._parts.items() if len(files) > 1)
+        return wire.Programs(tuple(sorted(self._parts)), extended)
 
     def _ground(self, command: wire.Ground) -> None:
         parts = [self._part(part) for part in command.parts]

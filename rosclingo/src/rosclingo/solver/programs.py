@@ -58,7 +58,8 @@ class Program:
         scripts: The scripts.
         statements: All other statements, in order.
         definitions: Those that other programs are checked with: constants and theories.
-        parts: Name and number of parameters of each program part.
+        parts: Name and number of parameters of each program part, with the files of its
+            statements, but for those that only declare.
         texts: What was in each file, by its real path.
         named: The real paths of the files that were given, in order.
         includes: For each file, the real paths of what it includes, by how it names that.
@@ -69,7 +70,7 @@ class Program:
     scripts: List[ast.AST] = field(default_factory=list)
     statements: List[ast.AST] = field(default_factory=list)
     definitions: List[ast.AST] = field(default_factory=list)
-    parts: Set[Tuple[str, int]] = field(default_factory=set)
+    parts: Dict[Tuple[str, int], Set[str]] = field(default_factory=dict)
     texts: Dict[str, str] = field(default_factory=dict)
     named: List[str] = field(default_factory=list)
     includes: Dict[str, Dict[str, str]] = field(default_factory=dict)
@@ -151,7 +152,7 @@ def parse_part(
     place = program.statements[0].location  # the "#program base." that clingo begins with
     identifiers = [ast.Id(place, parameter) for parameter in parameters]
     program.statements[0] = ast.Program(place, name, identifiers)
-    program.parts.add((name, len(parameters)))
+    program.parts.setdefault((name, len(parameters)), set())
     return program
 
 
@@ -208,16 +209,21 @@ def _parse(
     parser: Callable[[Callable[[ast.AST], None], ClingoMessages], None], sources: _Sources
 ) -> Program:
     messages, program = ClingoMessages(), sources.program
+    part = "base", 0
 
     def add(statement: ast.AST) -> None:
+        nonlocal part
         kind = statement.ast_type
         if kind is ast.ASTType.Script:
             program.scripts.append(statement)
             return
         program.statements.append(statement)
         if kind is ast.ASTType.Program:
-            program.parts.add((statement.name, len(statement.parameters)))
-        elif kind in (ast.ASTType.Definition, ast.ASTType.TheoryDefinition):
+            part = statement.name, len(statement.parameters)
+            program.parts.setdefault(part, set())
+        elif kind is not ast.ASTType.Defined:
+            program.parts.setdefault(part, set()).add(statement.location.begin.filename)
+        if kind in (ast.ASTType.Definition, ast.ASTType.TheoryDefinition):
             program.definitions.append(statement)
         elif kind is ast.ASTType.Heuristic:
             program.has_heuristics = True
@@ -251,7 +257,7 @@ class _Sources:
     """
 
     def __init__(self, policy: Optional[Policy]) -> None:
-        self.program = Program(parts={("base", 0)})
+        self.program = Program(parts={("base", 0): set()})
         self._opened: Dict[str, str] = {}  # by which name a real path is
         self.scripts = policy is None or policy.allow_scripts
         self.trusted = policy is None

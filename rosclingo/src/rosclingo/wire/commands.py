@@ -11,7 +11,7 @@ import enum
 import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Mapping, Optional, Tuple, Union
+from typing import Any, FrozenSet, Mapping, Optional, Tuple, Union
 
 
 class Truth(enum.Enum):
@@ -116,9 +116,15 @@ class Externals:
 
 @dataclass(frozen=True)
 class Programs:
-    """Answer to :class:`GetPrograms`: sorted pairs of name and number of parameters."""
+    """Answer to :class:`GetPrograms`.
+
+    Attributes:
+        parts: Sorted pairs of name and number of parameters.
+        extended: Those to which more than one file has added something.
+    """
 
     parts: Tuple[Tuple[str, int], ...]
+    extended: FrozenSet[Tuple[str, int]] = frozenset()
 
 
 @dataclass(frozen=True)

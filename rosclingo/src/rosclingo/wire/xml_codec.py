@@ -176,11 +176,20 @@ def encode_reply(reply: wire.Reply) -> str:
             values = [(name, value.value) for name, value in answer.values]
             lines += _listed("external", "value", values)
         elif isinstance(answer, wire.Programs):
-            lines += _listed("program", "parameters", answer.parts)
+            lines += [
+                "<programs>",
+                *(_program(*part, answer) for part in answer.parts),
+                "</programs>",
+            ]
         else:
             lines += ["<stats>", _text(json.dumps(answer.values)), "</stats>"]
     lines.append("</return>")
     return "\n".join(lines)
+
+
+def _program(name: str, count: int, answer: wire.Programs) -> str:
+    extended = ' extended="true"' if (name, count) in answer.extended else ""
+    return f'<program name={_attribute(carried(name))} parameters="{count}"{extended}/>'
 
 
 def _listed(kind: str, key: str, pairs: Sequence[Tuple[str, object]]) -> List[str]:
@@ -276,16 +285,18 @@ def _decode_externals(element: Element) -> wire.Externals:
 
 def _decode_programs(element: Element) -> wire.Programs:
     _expect(element, "programs", inside=_ELEMENTS)
-    parts = []
+    parts, extended = [], set()
     for program in element.children:
-        attributes = _expect(program, "program", "name", "parameters")
+        attributes = _expect(program, "program", "name", "parameters", optional=("extended",))
         count = attributes["parameters"]
         if not _WHOLE.fullmatch(count):
             raise program.error(
                 f"parameters of <program> is a number of at most nine digits, not {count[:50]!r}"
             )
         parts.append((attributes["name"], int(count)))
-    return wire.Programs(tuple(parts))
+        if attributes.get("extended") == "true":
+            extended.add(parts[-1])
+    return wire.Programs(tuple(parts), frozenset(extended))
 
 
 def _decode_stats(element: Element) -> wire.Stats:

@@ -53,8 +53,7 @@ def look(options: Options, alphabet: Alphabet) -> Iterator[Finding]:
         try:
             planner.begin()
             planner.tell([event(slot, request, 0) for slot, request in requests])
-            planner.run(*planner.demand.prepare(0))
-            said = doubts(planner, DOUBTS)
+            said = doubts(planner, 0, DOUBTS)
         except RosclingoError:
             return  # an episode that does the same will say it, with its command
         for doubt in said:

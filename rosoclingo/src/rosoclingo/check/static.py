@@ -17,6 +17,7 @@ from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.functors import UnmatchedFunction, unmatched_functions
 from rosoclingo.loop.planner.demand import Pair
+from rosoclingo.loop.planner.task_search import LIBRARY_PARTS, TASK
 from rosoclingo.loop.values.ids import RESERVED, is_own, why_no_actuator, why_no_slot
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 from rosoclingo.why.doubts import DOUBTS, OBSTACLES
@@ -36,7 +37,9 @@ _PARTS: Mapping[Type[Dialect2], FrozenSet[Signature]] = {
     PaperDialect: frozenset({("transition", 1), ("query", 1)}),
 }  # fmt: skip
 _LAYERS = frozenset({("layer", 2), ("goal", 2)})  # grounded if an encoding has both
-_SEED = ("seed", 1)  # then, for a seed planner
+_TASK = frozenset(
+    {("facts", 0), ("task", 1), ("gather", 1), ("planned", 2)}
+)  # then, if it shows its task
 _FOR_WHY = frozenset(  # docs/why.md
     {("phrases", 0), ("possible", 1), (DOUBTS, 1), (OBSTACLES, 1)}
 )
@@ -97,6 +100,7 @@ def look(options: Options, dialect: Type[Dialect2], alphabet: Alphabet) -> List[
     findings = [*map(_never_true, unmatched_functions(program)), *_idle_names(program)]
     for check in (_parts, _undefined, _unused, _shown, _own_names, _library_names):
         findings += check(seen, dialect, alphabet)
+    findings += _constraints(program)
     for other in (_slots, _steps):
         findings += other(seen, alphabet)
     return findings
@@ -105,7 +109,7 @@ def look(options: Options, dialect: Type[Dialect2], alphabet: Alphabet) -> List[
 def _parts(seen: Written, dialect: Type[Dialect2], _: Alphabet) -> Iterator[Finding]:
     known = _PARTS[dialect] | _FOR_WHY | seen.asked
     if dialect is Dialect2 and seen.parts.keys() >= _LAYERS:
-        known |= _LAYERS | {_SEED}
+        known |= _LAYERS | _TASK
     for (name, arity), place in seen.parts.items():
         if (name, arity) in known:
             continue
@@ -116,6 +120,21 @@ def _parts(seen: Written, dialect: Type[Dialect2], _: Alphabet) -> Iterator[Find
             else ("neither rosoclingo nor the encoding grounds it")
         )
         yield Finding("parts", f"the part {name}/{arity} is of no use: {why}", place)
+
+
+def _constraints(program: Program) -> Iterator[Finding]:
+    """Says that only clingo plans, where an encoding adds to parts of the library for actions."""
+    if TASK not in program.parts:
+        return
+    for name, arity in sorted(LIBRARY_PARTS):
+        files = program.parts.get((name, arity), set())
+        if len(files) > 1:
+            yield Finding(
+                "layers",
+                f"the encoding adds to the part {name}/{arity} of the library for actions: its "
+                "plans come from clingo alone then, which may take much longer",
+                is_hint=True,
+            )
 
 
 def _undefined(seen: Written, *_: object) -> Iterator[Finding]:

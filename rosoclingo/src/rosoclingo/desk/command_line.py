@@ -15,10 +15,8 @@ from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import SINGLE
 from rosoclingo.desk.simulation import Seconds
-from rosoclingo.errors import SeedPlannerError
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
 from rosoclingo.loop.values.ids import GOAL
-from rosoclingo.seed.downward import NONE, find_seed_planner
 
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
@@ -95,6 +93,9 @@ def make_parser() -> OptionParser:
         help="how long actions take where it is found; the first one counts")  # fmt: skip
     add("--most-steps", type=int, default=1000, metavar="N", help="when the simulation ends")
     add("--commands", action="store_true", help="also tell each command of the mode")
+    add("--task", action="store_true",
+        help="also print the planning task: what there is, what is wanted, and what can be done; "
+        "for encodings with lib/actions.lp")  # fmt: skip
     add("--abort-unreachable", action="store_true",
         help="a goal without a plan ends alone, and not all with the loop")  # fmt: skip
     add("--patience", type=number_type(), default=DEFAULT_PATIENCE, metavar="S",
@@ -103,9 +104,7 @@ def make_parser() -> OptionParser:
     add("--one-by-one-seconds", type=number_type(), default=ONE_BY_ONE_SECONDS, metavar="S",
         help="how long one horizon after the other is searched, until several take turns; by "
         f"default {ONE_BY_ONE_SECONDS:g}, and 0 for always")  # fmt: skip
-    add("--seed-planner", type=_seed_planner, default=NONE, metavar="NAME",
-        help="planner of first plans, for encodings with layers: lama, of the package "
-        f"up-fast-downward, or {NONE}, the default")  # fmt: skip
+    add("--seed-planner", metavar="NAME", help="accepted, and has no effect any more")
     add("--threads", type=read_threads, default=1, metavar="N",
         help=f"search with N threads, or {AUTO} for as many as there are spare cores")  # fmt: skip
     add("--why-seconds", type=number_type(), default=_WHY_SECONDS, metavar="S",
@@ -138,7 +137,6 @@ def simulated(chosen: argparse.Namespace) -> Dict[str, Any]:
         "abort_unreachable": chosen.abort_unreachable,
         "patience": chosen.patience,
         "one_by_one_seconds": chosen.one_by_one_seconds,
-        "seed_planner": chosen.seed_planner,
         "improves": False,  # a search ends when --patience says so, and no other begins
     }
 
@@ -174,14 +172,6 @@ def _lasting(chosen: argparse.Namespace) -> Seconds:
         return next((found for regex, found in lasts if regex.search(action)), chosen.seconds)
 
     return seconds
-
-
-def _seed_planner(name: str) -> str:
-    try:
-        find_seed_planner(name)
-    except SeedPlannerError as err:
-        raise argparse.ArgumentTypeError(str(err)) from err
-    return name
 
 
 def _pattern(text: str) -> Pattern[str]:

@@ -27,6 +27,7 @@ from rosoclingo.desk.story import RunStory
 from rosoclingo.desk.system import Request
 from rosoclingo.desk.why import explain
 from rosoclingo.drawing.errors import picture_errors
+from rosoclingo.engine.task import PlanningTask
 from rosoclingo.errors import ControllerError
 from rosoclingo.loop import journal
 from rosoclingo.loop.diagnosis import ELSEWHERE, NO_PLAN
@@ -64,6 +65,8 @@ def run(arguments: Sequence[str]) -> int:
         OSError: The picture cannot be written.
     """
     chosen = parse(arguments)
+    if chosen.seed_planner is not None:
+        say("warning", "--seed-planner has no effect any more: first plans come from rosoclingo")
     profiler = Profiler(chosen.options) if chosen.profile else None
     make_engine = Engine if profiler is None else profiler.make_engine
     parts = make_parts(
@@ -150,6 +153,8 @@ class Desk(DeskSimulation):
             phrases=lru_cache(maxsize=1)(lambda: _phrases(chosen)),
         )
         super().__init__(make, **simulated(chosen))
+        if chosen.task and not chosen.json:
+            self.loop.state.planner.show_tasks(self._print_task)
 
     def turn(self) -> bool:
         """Shows the plan when the loop waits for the first time; goes on in a simulation."""
@@ -222,6 +227,12 @@ class Desk(DeskSimulation):
     def _refuses_all(self) -> bool:
         """Whether all goals were rejected, so that there is no plan to show."""
         return {goal.status for goal in self.goals} == {journal.Status.REJECTED}
+
+    def _print_task(self, task: PlanningTask) -> None:
+        """Prints the task of the first search that has one."""
+        self.loop.state.planner.show_tasks(lambda _: None)
+        for line in task.lines():
+            _print(line)
 
     def _print_plan(self, plan: ShownPlan) -> None:
         searches = "1 search" if plan.searches == 1 else f"{plan.searches} searches"

@@ -21,6 +21,10 @@ FlatAction = Tuple[FlatPairs, FlatPairs, FlatEffects, FlatNumbers, int, int]
 FlatRequest = Tuple[FlatPairs, List[Tuple[int, int, int]]]
 
 
+_PER_EVALUATION = 2e-5  # seconds
+_PER_EVALUATION_AND_FACT = 5e-9  # seconds, in addition
+
+
 class FlatTask(NamedTuple):
     """A task of lists, tuples and integers only, so that ``tuple(task)`` can be marshalled.
 
@@ -35,9 +39,9 @@ class FlatTask(NamedTuple):
             ``needs``, and any other values than those of ``others``. An effect ``(conditions,
             variable, value)`` takes place if all conditions hold before the action; of several
             effects on a variable, the last one counts. A change of a number or a need is ``(kind,
-            number, amount)``, with a kind of :mod:`.kinds`; what an action takes of a number in
-            several parts counts as one, and so does what it adds. The cost is not negative; the
-            actor is the index of the actuator, -1 for none.
+            number, amount)``, with a kind of :mod:`rosoclingo.engine.kinds`; what an action takes
+            of a number in several parts counts as one, and so does what it adds. The cost is not
+            negative; the actor is the index of the actuator, -1 for none.
     """
 
     domains: List[int]
@@ -46,3 +50,14 @@ class FlatTask(NamedTuple):
     levels: List[int]
     requests: List[FlatRequest]
     actions: List[FlatAction]
+
+    def evaluations(self, seconds: float) -> int:
+        """Returns how many states a search looks at in so many seconds of a processor, about.
+
+        So a budget in seconds depends neither on the machine nor on what else it does.
+        """
+        facts = sum(self.domains) + sum(
+            len(needs) + len(others) + len(numbers) + sum(1 + len(each[0]) for each in effects)
+            for needs, others, effects, numbers, _, _ in self.actions
+        )
+        return int(seconds / (_PER_EVALUATION + _PER_EVALUATION_AND_FACT * facts))

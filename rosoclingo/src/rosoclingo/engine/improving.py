@@ -111,15 +111,17 @@ class _Order:
 class Improver:
     """Improves plans of a task. Used by one thread at a time."""
 
-    def __init__(self, task: tuple, stop) -> None:
+    def __init__(self, task: tuple, stop, evaluations: int = 10**9) -> None:
         """Prepares the search.
 
         Args:
             task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
             stop: Called without arguments, now and then; true ends the search.
+            evaluations: How many states are looked at in all, about.
         """
         domains, _, limits, _, requests, actions = task
         self._stop = stop
+        self._most = evaluations
         self._search = Search(task, stop)
         self._states = self._search.states
         self._limits = limits
@@ -334,6 +336,10 @@ class Improver:
 
     def _solve(self, begin: int, end: int, greed: int, evaluations: int) -> bool:
         """Solves a window of the plan anew; tells whether the plan is better then."""
+        evaluations = min(evaluations, self._most - self._search.evaluations)
+        if evaluations <= 0:
+            self._is_through = True
+            return False
         if not self._rest:
             self._regress()
         values, levels = self._rest[end]

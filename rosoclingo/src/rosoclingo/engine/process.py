@@ -10,14 +10,15 @@ import sys
 import threading
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Callable, List, Optional, Union
+from typing import Callable, List, Optional, Sequence, Union
 
 from rosoclingo import engine
 from rosoclingo.engine.flat import FlatTask
 from rosoclingo.engine.worker import LENGTH_BYTES, SearchEnd
-from rosoclingo.errors import SeedPlannerError
+from rosoclingo.errors import SearchProcessError
 
 _WORKER = str(Path(__file__).with_name("worker.py"))
+_MOMENT_SECONDS = 0.3  # of work
 _SPARE_SECONDS = 5  # of processor time, beside the search; a search ends itself before
 
 
@@ -25,14 +26,14 @@ def _command() -> List[str]:
     """Returns the command of the process.
 
     Raises:
-        SeedPlannerError: The search is not compiled, and Cython is not installed.
+        SearchProcessError: The search is not compiled, and Cython is not installed.
     """
     cython = ""
     compiled = find_spec("rosoclingo.engine.search")
     if compiled is None or (compiled.origin or "").endswith(".py"):
         found = find_spec("cython")
         if found is None or found.origin is None:
-            raise SeedPlannerError(
+            raise SearchProcessError(
                 "the search for plans is not compiled: build the workspace, or install Cython in "
                 "the Python of the node"
             )
@@ -62,6 +63,8 @@ class SearchProcess:
         seconds: float,
         improve_seconds: float,
         bytes: int,  # noqa: A002
+        plan: Optional[Sequence[int]] = None,
+        improve_evaluations: Optional[int] = None,
         on_news: Callable[[], None] = lambda: None,
     ) -> None:
         """Starts the process.
@@ -71,12 +74,15 @@ class SearchProcess:
             seconds: Processor time of the search for a first plan.
             improve_seconds: Processor time of the search for better plans, after the first.
             bytes: Address space that the process may have.
+            plan: A plan that is known, so that only better ones are searched for.
+            improve_evaluations: How many states that search may look at; None for as many as the
+                search for the first plan, or for none if that has taken more than a moment.
             on_news: Called by a thread of this object, without a lock, whenever a plan was found,
                 and when the process has ended.
 
         Raises:
             OSError: The process cannot be started.
-            SeedPlannerError: The search is not compiled, and Cython is not installed.
+            SearchProcessError: The search is not compiled, and Cython is not installed.
         """
         self._on_news = on_news
         self._lock = threading.Lock()
@@ -85,7 +91,14 @@ class SearchProcess:
         self._is_closing = False
         self._is_gone = False
         self._seconds = 0.0
-        options = {"seconds": seconds, "improve_seconds": improve_seconds}
+        known = None if plan is None else list(plan)
+        options = {
+            "seconds": seconds,
+            "improve_seconds": improve_seconds,
+            "improve_evaluations": improve_evaluations,
+            "moment": task.evaluations(_MOMENT_SECONDS),
+            "plan": known,
+        }
         self._input = marshal.dumps((tuple(task), options))
         self._process = subprocess.Popen(  # noqa: S603 (this package's program)
             _command(),

@@ -6,7 +6,7 @@ variable has a value; a variable has any value but one; a number is at least, or
 threshold that some action or request needs; and a request is met. An action becomes one operator
 for each set of conditions of its effects; a request becomes one that costs nothing.
 
-Compiled, this runs on pointers into arrays, which :func:`ints` takes; uncompiled, on the arrays.
+Compiled, this runs on pointers into arrays, which ``ints`` takes; uncompiled, on the arrays.
 """
 
 from array import array

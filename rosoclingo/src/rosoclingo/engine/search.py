@@ -421,7 +421,7 @@ class Search:
         """Searches for a way that costs less than a bound, by weighted A*.
 
         Args:
-            start: The state that it begins in, as :attr:`States.state`.
+            start: The state that it begins in, as ``States.state``.
             goals: Values, as pairs; indices of requests that are to be met; and ranges of levels,
                 as triples of the entry in the state, the least and the most.
             bound: What the way has to cost less than.

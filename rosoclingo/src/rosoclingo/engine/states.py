@@ -5,7 +5,7 @@ The current state is an array of integers: the values of the variables, the leve
 and 1 for each request that is met, else 0. A stored state has as few bits for each of them as it
 needs, in words of 31 bits; all are in one array, which grows, with a hash table of their indices.
 
-Compiled, this runs on pointers into arrays, which :func:`ints` takes; uncompiled, on the arrays.
+Compiled, this runs on pointers into arrays, which ``ints`` takes; uncompiled, on the arrays.
 """
 
 from array import array

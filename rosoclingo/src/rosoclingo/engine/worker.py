@@ -9,7 +9,10 @@ fast.
 
 Standard input has ``(task, options)``, marshalled, where the task is the tuple of a
 :class:`~rosoclingo.engine.flat.FlatTask`. The options are ``seconds``, the processor time of the
-search for a first plan, and ``improve_seconds``, that of the search for better ones afterwards.
+search for a first plan, and ``improve_seconds``, that of the search for better ones; ``plan``, one
+that is known, so that only better ones are searched for, else None; and ``improve_evaluations``,
+how many states that search may look at; None for as many as the search for the first plan, if these
+are at most ``moment``, and else for none.
 
 Standard output has records, each with its length before it, in four bytes with the lowest first. A
 record is a marshalled list of the indices of a plan's actions; the last one is the reason for the
@@ -72,12 +75,18 @@ def search(task: tuple, options: dict, parent: int) -> str:
     from rosoclingo.engine.search import OutOfTimeError, Search  # noqa: PLC0415
 
     try:
-        plan = Search(task, Limit(parent, options["seconds"])).find()
+        plan, most = options["plan"], options["improve_evaluations"]
         if plan is None:
-            return SearchEnd.NO_PLAN
-        write(plan)
+            first = Search(task, Limit(parent, options["seconds"]))
+            plan = first.find()
+            if plan is None:
+                return SearchEnd.NO_PLAN
+            write(plan)
+            if most is None:
+                most = first.evaluations if first.evaluations <= options["moment"] else 0
         if options["improve_seconds"] > 0:
-            improver = Improver(task, Limit(parent, options["improve_seconds"]))
+            limit = Limit(parent, options["improve_seconds"])
+            improver = Improver(task, limit, most)
             for better in improver.improve(plan):
                 write(better)
     except OutOfTimeError:

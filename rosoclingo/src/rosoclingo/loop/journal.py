@@ -291,6 +291,7 @@ class Ended(str, enum.Enum):
     AHEAD_CALLED = "ahead, interrupted"  # likewise, by an input
     AHEAD_REFUTED = "ahead, no plan"  # likewise, and there is no plan with any of them
     REFUTED = "no plan"  # there is none, and it may be searched again with more choices
+    FOUND = "found"  # by the search for the task's first plan, whose parts are asked for
     LAYERED = "layers"  # it has found out how many layers there are to be, and what they grant
 
 
@@ -300,7 +301,7 @@ IMPROVING = (Ended.BETTER, Ended.AS_BEFORE, Ended.CHOSEN, Ended.NOTHING)
 LOOKING_AHEAD = (Ended.AHEAD, Ended.AHEAD_CALLED, Ended.AHEAD_REFUTED)
 """How a search ends that has not gone on with one horizon after the other."""
 
-PROGRAMS_OWN = (Ended.FINISHED, Ended.LAYERED)
+PROGRAMS_OWN = (Ended.FINISHED, Ended.FOUND, Ended.LAYERED)
 """How a search ends that says something of its program alone, and nothing of another one."""
 
 

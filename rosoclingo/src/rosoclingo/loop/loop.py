@@ -33,7 +33,6 @@ from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.state import ASK_AGAIN_SECONDS, State, StateSnapshot
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.solver import Solver
-from rosoclingo.seed.downward import NONE
 
 _BEGINS_ACTIONS = "commit_actions"
 
@@ -75,7 +74,6 @@ class Loop:
         abort_unreachable: bool = False,
         patience: float = 0.0,
         one_by_one_seconds: float = 0.0,
-        seed_planner: str = NONE,
         ask_before: Sequence[str] = (),
         ask_again: float = ASK_AGAIN_SECONDS,
         policies: Optional[Mapping[str, Mapping[str, object]]] = None,
@@ -97,7 +95,6 @@ class Loop:
                 it began; 0 for when it is through, DEFAULT_PATIENCE for what suits its encoding.
             one_by_one_seconds: How long one horizon after the other is searched, until several
                 take turns; 0 for always.
-            seed_planner: The planner that is asked for first plans, see :func:`.find_seed_planner`.
             ask_before: Patterns of the actions that need an operator's approval, see
                 :class:`.Interlock`.
             ask_again: After how many seconds an operator is asked again about an action that was
@@ -108,7 +105,6 @@ class Loop:
                 where the run is stored.
 
         Raises:
-            SeedPlannerError: There is no such seed planner.
             ValueError: A pattern or a policy is wrong.
         """
         self._durability = durability or Durability()
@@ -117,7 +113,7 @@ class Loop:
         planner, environment = self._durability.connect(inbox, planner, environment)
         self._solver = planner
         self.state = State(
-            Planner(planner, patience, one_by_one_seconds, seed_planner),
+            Planner(planner, patience, one_by_one_seconds),
             inbox,
             environment,
             self._check,

@@ -147,6 +147,7 @@ class State(Progress):
         self._fail = fail
         planner.recorded, planner.note = inbox.recorded, self.note
         planner.missing = self._warn_of_missing
+        planner.warn_of_search(lambda text: self.warn_once("search", text))
         self.durations = Durations()
         self.beliefs = BeliefKeeper()
         self.timing = Timing(

@@ -73,7 +73,7 @@ class _Compiler:
         self._supertypes: Dict[str, str] = {}
         self._objects: Dict[str, str] = {}
         for part in domain.lists(":types"):
-            self._supertypes.update(typed_list(part.parts[1:]))
+            self._supertypes.update(typed_list(part.parts[1:], may_repeat=True))
         for part in (*domain.lists(":constants"), *problem.lists(":objects")):
             self._objects.update(typed_list(part.parts[1:]))
         actions = list(domain.lists(*_ACTIONS))

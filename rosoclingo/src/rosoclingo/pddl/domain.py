@@ -30,6 +30,7 @@ from rosoclingo.pddl.support import (
     sections,
 )  # fmt: skip
 
+_OBJECT = "object"  # the type of all
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _START, _END, _ALL = "at start", "at end", "over all"
 
@@ -92,7 +93,7 @@ class Domain:
         seen: Set[str] = set()
         while kind != wanted and kind not in seen:
             seen.add(kind)
-            kind = self.supertypes.get(kind, "object")
+            kind = self.supertypes.get(kind, _OBJECT)
         return kind == wanted
 
 
@@ -137,7 +138,7 @@ def read_domain(form: ListForm) -> Domain:
         for each in form.lists(":action", ":durative-action")
     )
     _refuse_required_concurrency(actions)
-    types = typed_list(found[":types"].parts[1:]) if ":types" in found else {}
+    types = typed_list(found[":types"].parts[1:], may_repeat=True) if ":types" in found else {}
     constants = typed_list(found[":constants"].parts[1:]) if ":constants" in found else {}
     return Domain(form, _name(found["domain"]), types, constants, actions)
 
@@ -218,8 +219,14 @@ def _only_part(section: ListForm) -> ListForm:
     return section.parts[1]
 
 
-def typed_list(parts: Sequence[PddlPart]) -> Dict[str, str]:
-    """Reads names with their types, such as ``a b - place c - robot``."""
+def typed_list(parts: Sequence[PddlPart], *, may_repeat: bool = False) -> Dict[str, str]:
+    """Reads names with their types, such as ``a b - place c - robot``.
+
+    Args:
+        parts: Them.
+        may_repeat: Whether a name may be there twice, as a kind of ``object`` and of something
+            else, as types of competitions are; it is a kind of that.
+    """
     types: Dict[str, str] = {}
     waiting: List[Word] = []
     words = iter(parts)
@@ -232,17 +239,18 @@ def typed_list(parts: Sequence[PddlPart]) -> Dict[str, str]:
         kind = next(words, part)
         if not isinstance(kind, Word) or kind is part:
             raise PddlError(f"{kind.place}: the name of one type is expected after -")
-        _add(types, waiting, kind.text)
+        _add(types, waiting, kind.text, may_repeat=may_repeat)
         waiting = []
-    _add(types, waiting, "object")
+    _add(types, waiting, _OBJECT, may_repeat=may_repeat)
     return types
 
 
-def _add(types: Dict[str, str], names: Sequence[Word], kind: str) -> None:
+def _add(types: Dict[str, str], names: Sequence[Word], kind: str, *, may_repeat: bool) -> None:
     for name in names:
-        if name.text in types:
+        before = types.get(name.text, _OBJECT)
+        if name.text in types and not (may_repeat and _OBJECT in (before, kind)):
             raise PddlError(f"{name.place}: {shorten(name.text)} is there twice")
-        types[name.text] = kind
+        types[name.text] = before if kind == _OBJECT else kind
 
 
 class _Parts:

@@ -11,14 +11,14 @@ from typing import Collection, List, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import Domain, Problem
-from rosoclingo.pddl.expressions import ListForm, PddlError
-from rosoclingo.pddl.sas import Assignment, SasEffect, SasOperator, TranslatedTask, parse_sas
-from rosoclingo.seed.downward import (
+from rosoclingo.pddl.downward import (
     DOWNWARD_PACKAGE,
     REINSTALL,
     find_fast_downward,
     installed_version,
 )
+from rosoclingo.pddl.expressions import ListForm, PddlError
+from rosoclingo.pddl.sas import Assignment, SasEffect, SasOperator, TranslatedTask, parse_sas
 
 _MODULES = ("translate", "fast_downward.translate")  # of up-fast-downward 0.5 and 1.0
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change

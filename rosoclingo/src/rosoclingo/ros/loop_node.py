@@ -21,7 +21,7 @@ from rosclingo.ros.dropped import DroppedInputs
 from rosclingo.ros.init import on_shutdown
 from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.about import about
-from rosoclingo.errors import ExhaustedError, SeedPlannerError, ShutdownError, StoreError
+from rosoclingo.errors import ExhaustedError, ShutdownError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.durability import Durability, KnownGoal
 from rosoclingo.loop.execution.interlock import Interlock
@@ -53,13 +53,14 @@ from rosoclingo.ros.goal_statuses import status_of
 from rosoclingo.ros.operator_services import OperatorServices
 from rosoclingo.ros.questions import Questions
 from rosoclingo.ros.storing import restore_goal
-from rosoclingo.seed.downward import NONE, find_seed_planner
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.why.serving import LOWEST
 
 # How long a thread of Python's that is busy, such as one that takes a flood of goals, holds up one
 # that has something to do. An answer passes several threads.
 _SWITCH_SECONDS = 0.001
+
+_NO_SEED_PLANNER = "none"  # the default of a parameter that has no effect any more
 
 _RESULTS_KEPT = 1_000  # of goals, which may come again
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
@@ -123,16 +124,14 @@ class LoopNode:
             "one_by_one_seconds": parameters.number(
                 "one_by_one_seconds", ONE_BY_ONE_SECONDS, what="seconds"
             ),
-            "seed_planner": _checked(
-                "seed_planner", parameters.text("seed_planner", NONE), find_seed_planner
-            ),
             "ask_again": parameters.number("ask_again", ASK_AGAIN_SECONDS, what="seconds"),
             "ask_before": _checked("ask_before", parameters.words("ask_before"), Interlock),
             "policies": _checked("policies", parameters.mapping("policies"), ActionPolicies),
         }
         if isinstance(inbox, ReplayInbox):
-            # The journal says what was found ahead, and with which first plan.
-            deciding.update(one_by_one_seconds=0.0, seed_planner=NONE)
+            deciding.update(one_by_one_seconds=0.0)  # the journal says what was found ahead
+        if parameters.text("seed_planner", _NO_SEED_PLANNER) != _NO_SEED_PLANNER:
+            rospy.logwarn("~seed_planner has no effect any more: first plans come from rosoclingo")
         why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
         explains = parameters.flag("explain", True)
@@ -377,6 +376,6 @@ def _checked(name: str, value: _Value, check: Callable[[_Value], object]) -> _Va
     """
     try:
         check(value)
-    except (ValueError, SeedPlannerError) as err:
+    except ValueError as err:
         raise parameters.wrong(name, err) from err
     return value

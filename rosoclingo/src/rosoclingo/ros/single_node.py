@@ -30,8 +30,8 @@ from rosoclingo.single.dialects import detect, says_status
 _USAGE = """\
 usage: run-1.0.py --file FILE... [--theory dl] [clingo options]
                   [_action_timeout:=SECONDS] [_abort_unreachable:=true] [_patience:=SECONDS]
-                  [_one_by_one_seconds:=SECONDS] [_seed_planner:=lama]
-                  [_threads:=NUMBER] [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false]
+                  [_one_by_one_seconds:=SECONDS] [_threads:=NUMBER]
+                  [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false]
                   [_store:=FILE] [_resume:=fresh] [_ask_before:=PATTERNS]
                   [_ask_again:=SECONDS]
                   [_diagnostics_period:=SECONDS] [_slow_seconds:=SECONDS] [ROS remappings]

@@ -235,7 +235,7 @@ def detect(options: Options) -> Type[Dialect2]:
     program = parse_files(options.files)
     externals = (s.atom.symbol for s in program.statements if s.ast_type is ast.ASTType.External)
     declared = {(s.name, len(s.arguments)) for s in externals if s.ast_type is ast.ASTType.Function}
-    missing = _PARTS_1_0 - program.parts
+    missing = _PARTS_1_0 - program.parts.keys()
     if not missing:
         return Dialect1
     if ("set_event", 3) in program.parts or ("finalize", 1) in program.parts:

@@ -79,8 +79,8 @@ class RetellingCopy(RebuildingCopy):
         if not self._has_doubts:
             return (), ()
         self._ask(PlanQuery(told))
-        missing = doubts(self._planner, OBSTACLES)
-        others = filter(prevents, doubts(self._planner, DOUBTS))
+        missing = doubts(self._planner, self.step, OBSTACLES)
+        others = filter(prevents, doubts(self._planner, self.step, DOUBTS))
         found = one_of_each([*missing, *others])
         return (
             _sentences([one for one in found if one in missing]),

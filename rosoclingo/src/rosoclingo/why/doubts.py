@@ -82,14 +82,19 @@ _SENTENCES: Dict[str, str] = {
 }
 
 
-def doubts(planner: Planner, part: str) -> List[str]:
-    """Returns what the encoding doubts after its last search, as ``doubt(D,F)``.
+def doubts(planner: Planner, step: int, *parts: str) -> List[str]:
+    """Returns what the encoding doubts of all that was told, as ``doubt(D,F)``.
+
+    Another search begins for that, in which all actions are gathered.
 
     Args:
-        planner: A planner whose encoding has the part.
-        part: One of the two parts.
+        planner: A planner whose encoding has the parts.
+        step: The current step.
+        parts: One of the two parts, or both.
     """
-    planner.run(planner.demand.ground([Part(part, (str(planner.demand.searches),))]))
+    planner.run(planner.demand.begin_search(step, "search", "improve"))
+    for part in ("gather", *parts):
+        planner.run(planner.demand.ground([Part(part, (str(planner.demand.searches),))]))
     return sorted(atom for atom in planner.externals() if split_term(atom)[0] == "doubt")
 
 

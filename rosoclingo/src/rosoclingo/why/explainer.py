@@ -62,7 +62,7 @@ class Explainer:
         self._stopped = stopped
         program = parse_files(options.files)
         self._is_told = ("event", 3) in program.parts
-        self._must_rebuild = bool(program.parts & _ON_DEMAND) or dialect is not Dialect2
+        self._must_rebuild = bool(program.parts.keys() & _ON_DEMAND) or dialect is not Dialect2
         self._says_ends = self._is_told or says_status(options)
         self._phrases = Phrases.read(program.texts.values())
         self._rules = Rules.read(program)

@@ -17,11 +17,11 @@ from itertools import chain
 from typing import Deque, Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
-from rosclingo.wire.commands import AssignExternal, Command, Ground, Part, Truth
+from rosclingo.wire.commands import AssignExternal, Command, Ground, Part, Programs, Truth
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.planner.neighbourhoods import shown_choices
-from rosoclingo.loop.planner.seeding import SEED
+from rosoclingo.loop.planner.task_search import LIBRARY_PARTS, TASK
 from rosoclingo.loop.values.atoms import EVENT
 
 Pair = Tuple[str, str]
@@ -35,7 +35,7 @@ _IMPROVE, _PREFER, _RELAX = ("improve", 2), ("prefer", 2), ("relax", 2)
 _AT_ONCE = ("at_once", 2)
 _LAYER, _GOAL = ("layer", 2), ("goal", 2)
 _RESERVED = (
-    "event", "search", "improve", "prefer", "at_once", "relax", "seed", "state", "transition",
+    "event", "search", "improve", "prefer", "at_once", "relax", "facts", "state", "transition",
     "query",
 )  # fmt: skip
 _ASKS, _ASKS_LAST = "ground(", "ground_last("
@@ -58,8 +58,9 @@ class Demand:
         hastens: Whether a search can construct a plan at once, which is improved later.
         relaxes: Whether a search that has found no plan can be repeated with more choices.
         has_layers: Whether plans have layers, see :mod:`rosoclingo.loop.planner.layers`.
-        shows_seeds: Whether it shows their task to another planner, see
-            :mod:`rosoclingo.loop.planner.seeding`.
+        has_tasks: Whether it shows their task, see :mod:`rosoclingo.loop.planner.task_search`.
+        is_constrained: Whether it adds to what the library plans with, so that only clingo knows
+            all of the task.
     """
 
     tells: bool = False
@@ -71,7 +72,8 @@ class Demand:
     hastens: bool = False
     relaxes: bool = False
     has_layers: bool = False
-    shows_seeds: bool = False
+    has_tasks: bool = False
+    is_constrained: bool = False
     _searches: bool = False  # whether it has the part for that
     _unknown: Deque[Pair] = field(default_factory=deque)  # in the order in which they were asked
     _pending: List[Part] = field(default_factory=list)  # told, and not grounded yet
@@ -96,12 +98,13 @@ class Demand:
         """Whether the last search can be repeated with more choices."""
         return self.relaxes and self._count > 0 and self._relaxed < _MOST_RELAXED
 
-    def begin(self, parts: Sequence[Tuple[str, int]]) -> None:
+    def begin(self, programs: Programs) -> None:
         """Resets for a planner that begins again, and reads from its parts what it opts into.
 
         Raises:
             PlannerError: One of the two parts for told events is missing.
         """
+        parts = programs.parts
         has_event, has_told = _EVENT in parts, _TOLD in parts
         if has_event != has_told:
             has, lacks = ("s,c", "s,c,t") if has_event else ("s,c,t", "s,c")
@@ -115,7 +118,8 @@ class Demand:
         self.hastens = self.improves and _AT_ONCE in parts
         self.relaxes = self._searches and _RELAX in parts
         self.has_layers = self._searches and _LAYER in parts and _GOAL in parts
-        self.shows_seeds = self.has_layers and SEED in parts
+        self.has_tasks = self.has_layers and TASK in parts
+        self.is_constrained = not programs.extended.isdisjoint(LIBRARY_PARTS)
         self._pending.clear()
         self._steps.clear()
         self._queries.clear()

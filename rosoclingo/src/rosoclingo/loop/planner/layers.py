@@ -19,9 +19,7 @@ wishes, and the others wait for news.
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Callable, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
@@ -30,7 +28,6 @@ from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner.interleaving import Interleaving
 from rosoclingo.loop.planner.local_search import below
 from rosoclingo.loop.planner.neighbourhoods import Neighbourhood
-from rosoclingo.loop.planner.seeding import Seed
 from rosoclingo.loop.planner.work import Work
 from rosoclingo.loop.quality import Quality
 
@@ -45,8 +42,6 @@ _FIRST_SECONDS = 1.0  # which the search has at first for what has waited long
 _LENGTHENING = 1.5
 _POLISH_SECONDS = 0.01
 _SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
-_SEED_LAYERS = 10  # which are grounded for a seed before it is looked for news again
-_SEED_SECONDS = 2.0  # which may be taken to find out whether a seed fits
 _MOST_SECONDS = 30.0  # after which there is no plan for any request
 _MOST_LAYERS = 64  # more than needed at least, that are tried
 _LONGER_PART = 4  # a plan may have a fourth more layers when it is proven the best,
@@ -127,14 +122,12 @@ class LayeredSearch:
         run: Runs commands.
         state: What is known of the layers; changes.
         cost: Returns what the last answer set of a search costs; nothing if there is none.
-        seed_planner: Another planner's program, which is asked for a plan; None for none.
     """
 
     solver: Work
     run: Callable[..., object]
     state: LayersState
     cost: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]]
-    seed_planner: Optional[Path]
 
     def wanted(self, symbols: Sequence[str]) -> Optional[WantedLayers]:
         """Returns the layers that an answer set needs and that are not decided yet."""
@@ -187,24 +180,12 @@ class LayeredSearch:
             same: The assumption that the plan has what is left of the one before, if that is to be
                 tried first.
         """
-        seed = Seed(self.solver, self.run, self.seed_planner, wanted.search, stopped)
-        with contextlib.closing(seed):
-            return self._find(wanted, stopped, same, seed)
-
-    def _find(
-        self,
-        wanted: WantedLayers,
-        stopped: Callable[[], bool],
-        same: Optional[wire.Assumption],
-        seed: Seed,
-    ) -> SearchEnded:
         at_once = _Way(self, wanted, first=wanted.least, wishes=wanted.wishes)
         one_by_one = _OneByOne(self, wanted)
         turns: List[Tuple[_Way, float]] = [(at_once, _AT_ONCE_SECONDS)]
         if wanted.wishes > 1:
             turns.append((one_by_one, _ONE_BY_ONE_SECONDS))
         first: Optional[_Way] = None
-        kept: Optional[_Way] = None
         if wanted.has_first and wanted.wishes > 1:
             assumed = [wire.Assumption(f"{_FIRST}({wanted.search})", True)]
             first = _Way(self, wanted, first=1, wishes=1, assumed=assumed)
@@ -216,9 +197,7 @@ class LayeredSearch:
         begin = self.solver.seconds
         while turns and not one_by_one.is_over(begin):
             way, seconds = turns.pop(0)
-            if way is not kept:
-                seed.begin()
-            found = self._take_turn(way, seconds, lambda: stopped() or seed.is_ready)
+            found = self._take_turn(way, seconds, stopped)
             if found is not None and way is first:
                 found = one_by_one.go_on(found)
                 at_once.assume(one_by_one.assumed)
@@ -229,10 +208,6 @@ class LayeredSearch:
                 return SearchEnded(Ended.CALLED)
             if not way.is_through:
                 turns.append((way, seconds * _LENGTHENING))
-            if seed.is_ready:
-                found = self._try_seed(wanted, seed, stopped)
-                if found is not None:
-                    return self._ended(wanted, found, wanted.wishes)
         granted = one_by_one.granted
         partial = one_by_one.partial or SearchEnded(Ended.LAYERED, horizon=1)
         is_refuted = at_once.is_through and not at_once.has_assumed
@@ -305,23 +280,6 @@ class LayeredSearch:
         while not (stopped() or self.solver.seconds > end or way.is_through):
             found = way.turn(stopped)
             if found is not None:
-                return found
-        return None
-
-    def _try_seed(
-        self, wanted: WantedLayers, seed: Seed, stopped: Callable[[], bool]
-    ) -> Optional[SearchEnded]:
-        """Returns a plan with what another planner has found, if that fits."""
-        for least, assumed in seed.take():
-            layers = max(least, wanted.least)
-            for first in range(self.state.grounded, layers, _SEED_LAYERS):
-                if stopped():
-                    return None
-                self._ask(wanted, min(first + _SEED_LAYERS, layers), wanted.wishes, spare=0)
-            result, found = self.attempt(
-                wanted, layers, wanted.wishes, stopped, seconds=_SEED_SECONDS, assumed=assumed
-            )
-            if result is not wire.Result.UNSAT:
                 return found
         return None
 

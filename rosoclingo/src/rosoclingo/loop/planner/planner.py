@@ -12,6 +12,7 @@ from typing import Callable, Dict, Iterable, Iterator, List, Optional, Sequence,
 from rosclingo.errors import OutOfMemoryError
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
+from rosoclingo.engine.task import PlanningTask
 from rosoclingo.errors import SpareMemoryError
 from rosoclingo.loop.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
 from rosoclingo.loop.planner.demand import TOLD, Demand, Pair, needed_horizon, step_parts
@@ -21,6 +22,7 @@ from rosoclingo.loop.planner.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.planner.requests import Requests, read_externals
 from rosoclingo.loop.planner.searching import Searching, read_summary
 from rosoclingo.loop.planner.shortening import cheapen, shorten
+from rosoclingo.loop.planner.task_search import FollowedPlan, TaskSearch
 from rosoclingo.loop.planner.work import SearchClock, Work, WorkClock
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.added import (
@@ -36,7 +38,6 @@ from rosoclingo.loop.values.added import (
 from rosoclingo.loop.values.atoms import QUERY, Action, Plan, query
 from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo.loop.values.solver import Solver
-from rosoclingo.seed.downward import NONE, find_seed_planner
 
 DEFAULT_PATIENCE = -1.0
 """The value for what every user wants: a second, if better plans are looked for while robots act,
@@ -71,6 +72,7 @@ class PlannerState:
         last_horizon: The last horizon that the mode may ask for; infinite without one, None if
             that is unknown, so that no horizon is looked ahead to.
         layers: What is known of the layers of its plans.
+        task_plan: The plan that is followed, where the encoding shows its task.
         is_thrifty: Whether a search that no goal needs has run out of memory, so that there are
             no more: for better plans, and ahead for longer ones.
     """
@@ -79,6 +81,7 @@ class PlannerState:
     quality: Optional[Quality] = None
     last_horizon: Optional[float] = None
     layers: LayersState = field(default_factory=LayersState)
+    task_plan: FollowedPlan = field(default_factory=FollowedPlan)
     is_thrifty: bool = False
     _kept: Optional[KeptPlan] = None
     _ahead: Set[int] = field(default_factory=set)  # steps grounded before the mode asks for them
@@ -117,14 +120,13 @@ class Planner(PlannerState):
         solver: Solver,
         patience: float = 0.0,
         one_by_one_seconds: float = 0.0,
-        seed_planner: str = NONE,
     ) -> None:
         super().__init__()
-        self._seed_planner = find_seed_planner(seed_planner)
         # A dialect's translation may be in between.
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
         self._solver = Work(solver)
         self._requests = Requests(self._solver)
+        self._tasks = TaskSearch(self._solver, self.run, self.task_plan)
         self.patience = patience
         self.is_awaited = False
         self.most_seconds = math.inf
@@ -172,7 +174,7 @@ class Planner(PlannerState):
         Raises:
             PlannerError: A command failed, or the encoding lacks a part.
         """
-        self.demand.begin(())
+        self.demand.begin(wire.Programs(()))
         self._later = []
         self._avoided, self._avoiding = 0, []
         self._forget_plan()
@@ -184,7 +186,7 @@ class Planner(PlannerState):
         self._has_threads = None
         is_first = slots is None
         self.run(wire.Restart(), *([SLOTS] if is_first else ()), *EMPTY_PARTS)
-        self.demand.begin(() if self._is_translated else self._requests.programs())
+        self.demand.begin(wire.Programs(()) if self._is_translated else self._requests.programs())
         base = [wire.Part("base"), *([wire.Part(SLOT_PART)] if is_first else ())]
         first = [wire.Part("state", ("0",)), wire.Part("query", ("0",))]
         if self.demand:
@@ -194,6 +196,8 @@ class Planner(PlannerState):
         else:
             self.run(wire.Ground((*base, *first)))
         ids = list(slots) if slots is not None else self._learn_slots()
+        if self.demand.has_tasks:  # after a reset, base is what it was
+            self._tasks.read_facts(self.demand.ground)
         if self.demand.tells:
             self.run(wire.ReleaseExternal(TOLD))  # each search takes some time for each external
         return ids
@@ -312,18 +316,20 @@ class Planner(PlannerState):
             hastens = self._is_hasty and self.demand.hastens
             commands = self.demand.prepare(step, prefers=prefers, hastens=hastens)
             self.run(*commands)
-            outcome, self.quality = self._searching().find(
+            outcome, self.quality = self._searching(step).find(
                 stopped, self.quality, compares=prefers and bool(commands)
             )
             while self.demand.may_relax and outcome.result is wire.Result.UNSAT:
                 self.run(self.demand.begin_search(step, "search", "relax"))
-                outcome, self.quality = self._searching().find(stopped, self.quality)
+                outcome, self.quality = self._searching(step).find(stopped, self.quality)
             if not self.is_short or self._more_seconds > self.most_seconds:
                 self._more_seconds = _MORE_SECONDS
             needed = needed_horizon(outcome.symbols) if self.demand else None
             if needed is None or outcome.result is not wire.Result.SAT:
                 return outcome
             self._kept = KeptPlan(outcome, needed)
+            if self.demand.has_tasks:
+                self._tasks.follow(outcome.symbols)
         if horizon < self._kept.horizon:
             return wire.Outcome(wire.Result.UNSAT)
         return self._kept.outcome
@@ -348,7 +354,7 @@ class Planner(PlannerState):
             self.run()  # what is still to be told
             ended = self._find_rest(step, horizon, stopped) if may else None
         if ended is None:
-            outcome, self.quality = self._searching(lambda: time.monotonic() > end).find(
+            outcome, self.quality = self._searching(step, lambda: time.monotonic() > end).find(
                 stopped, self.quality
             )
             if outcome.result is wire.Result.SAT:
@@ -382,7 +388,7 @@ class Planner(PlannerState):
             return None
         assert self._began is not None
         end = self._began + self._limit
-        searching = self._searching()
+        searching = self._searching(0)
         with self._spare():
             ended = look_for_cheaper(
                 self._solver, self._requests.run, self._ground_ahead, searching.cost,
@@ -439,6 +445,14 @@ class Planner(PlannerState):
         quality = Quality(found[-1].cost) if found else None
         return SearchEnded(Ended.AHEAD, symbols, quality, horizon=horizon, grounded=self._top)
 
+    def warn_of_search(self, warn: Callable[[str], None]) -> None:
+        """Has a function called with why the search for plans cannot be used."""
+        self._tasks.warn = warn
+
+    def show_tasks(self, show: Callable[[PlanningTask], None]) -> None:
+        """Has a function called with the planning task of each search that shows one."""
+        self._tasks.show = show
+
     def note_last_horizon(self, last: Optional[float]) -> None:
         """Stores the last horizon; None, as after a restart, keeps what is known."""
         self.last_horizon = self.last_horizon if last is None else last
@@ -446,6 +460,7 @@ class Planner(PlannerState):
     def note_reset(self, step: int) -> None:
         """Counts the steps of the plan that is followed from one of them on."""
         self._passed += step
+        self.task_plan.passed += step
 
     def _take_ahead(self, ended: SearchEnded, horizon: int) -> wire.Outcome:
         """Keeps the results for other horizons than the one that is asked for."""
@@ -535,7 +550,7 @@ class Planner(PlannerState):
         """Looks for a cheaper plan of an encoding that is grounded on demand."""
         self.run(self.demand.begin_search(step, "search", "improve"))
         seconds = self._more_seconds if self.is_short else 0.0
-        ended, better = self._searching().improve(stopped, seconds=seconds)
+        ended, better = self._searching(step).improve(stopped, seconds=seconds)
         self.quality = ended.quality
         if ended.how is not Ended.NOTHING:
             self._kept = None
@@ -557,7 +572,7 @@ class Planner(PlannerState):
         if ended is None:
             plan = Plan(self._symbols)
             if self.quality is not None:
-                cost_of = self._searching().cost
+                cost_of = self._searching(step).cost
                 ended = cheapen(
                     self._solver, cost_of, plan, self.quality.cost, step=step, stopped=stopped
                 )
@@ -586,7 +601,7 @@ class Planner(PlannerState):
             self.run(*([] if self._limited else [PAUSES]), wire.Ground(parts))
             self._limited = last
 
-    def _searching(self, is_late: Callable[[], bool] = lambda: False) -> Searching:
+    def _searching(self, step: int, is_late: Callable[[], bool] = lambda: False) -> Searching:
         return Searching(
             self._solver,
             self.demand,
@@ -598,7 +613,8 @@ class Planner(PlannerState):
             recorded=self.recorded,
             note=self.note,
             layers=self.layers,
-            seed_planner=self._seed_planner,
+            tasks=self._tasks,
+            step=step,
             clock=WorkClock(self._solver) if self.is_awaited else SearchClock(),
             is_late=is_late,
             varies=self._varies,
@@ -618,7 +634,7 @@ class Planner(PlannerState):
         if stopped():
             return None
         self.run()  # what is still to be told
-        return self._searching().has_answer_set(stopped)
+        return self._searching(0).has_answer_set(stopped)
 
     def avoid(self, action: Action, steps: Sequence[int], stopped: Callable[[], bool]) -> None:
         """Has the plans until :meth:`end_avoiding` do without an action, if there is one.

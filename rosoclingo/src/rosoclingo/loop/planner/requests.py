@@ -54,10 +54,11 @@ class Requests:
             )
         return reply, skipped
 
-    def programs(self) -> Sequence[Tuple[str, int]]:
+    def programs(self) -> wire.Programs:
         """Returns the program parts; none if the solver is one that cannot tell."""
         reply = self._solver.run([wire.GetPrograms()])
-        return next((a.parts for a in reply.answers if isinstance(a, wire.Programs)), ())
+        found = (answer for answer in reply.answers if isinstance(answer, wire.Programs))
+        return next(found, wire.Programs(()))
 
     def assign(self, atoms: Sequence[str], value: wire.Truth) -> List[Tuple[str, str]]:
         """Assigns a value to those atoms that are externals.

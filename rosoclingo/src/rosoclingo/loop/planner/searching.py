@@ -8,12 +8,11 @@ of searching.
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 from typing import Any, Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire import commands as wire
-from rosoclingo.errors import PlannerError
+from rosoclingo.errors import PlannerError, SearchProcessError, TaskError
 from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
 from rosoclingo.loop.planner.demand import Demand
 from rosoclingo.loop.planner.layers import LayeredSearch, LayersState, WantedLayers
@@ -24,6 +23,7 @@ from rosoclingo.loop.planner.neighbourhoods import (
     is_restricted,
     says_choices,
 )
+from rosoclingo.loop.planner.task_search import TaskSearch, task_of
 from rosoclingo.loop.planner.work import SearchClock, Work, read_statistics
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.recorded import Recorded
@@ -53,7 +53,8 @@ class Searching:
         recorded: Knows in a replay how it ends, if that depends on time.
         note: Called with how it has ended, likewise.
         layers: What is known of the layers of its plans.
-        seed_planner: Another planner's program, which is asked for first plans in layers.
+        tasks: Finds plans for its tasks.
+        step: The current step.
         clock: What ``patience`` is measured by.
         is_late: Whether a search without an answer set has to end, though nothing has come.
         varies: Whether which answer set the solver finds is up to chance, or to searches that time
@@ -70,15 +71,15 @@ class Searching:
     recorded: Recorded
     note: Callable[[SearchEnded], None]
     layers: LayersState
-    seed_planner: Optional[Path]
+    tasks: TaskSearch
+    step: int
     clock: SearchClock
     is_late: Callable[[], bool]
     varies: Callable[[], bool]
 
     def __post_init__(self) -> None:
         self._lengthen: Callable[[], bool] = lambda: False
-        seed_planner = self.seed_planner if self.demand.shows_seeds else None
-        self._layered = LayeredSearch(self.solver, self.run, self.layers, self.cost, seed_planner)
+        self._layered = LayeredSearch(self.solver, self.run, self.layers, self.cost)
 
     def find(
         self,
@@ -121,11 +122,24 @@ class Searching:
                 return self._be_called(number), quality
             if outcome.result is not wire.Result.SAT:
                 return outcome, quality
+            number_of_task = task_of(outcome.symbols) if self.demand.has_tasks else ""
+            if number_of_task:
+                ended = self._find_for_task(outcome.symbols, stopped, number)
+                if ended is None:
+                    outcome = self._gather(number_of_task)
+                elif ended.how is Ended.CALLED:
+                    return self._be_called(number), quality
+                else:
+                    quality = self._take_found(ended)
+                    continue
             wanted = self._layered.wanted(outcome.symbols) if has_layers else None
             if wanted is not None:
                 ended = self._find_layers(wanted, stopped, number, compares=compares)
                 if ended.how is Ended.CALLED:
                     return self._be_called(number), quality
+                if ended.how is Ended.FOUND:
+                    quality = self._take_found(ended)
+                    continue
                 if ended.quality is not None:
                     best = Incumbent(ended.quality.cost, ended.symbols)
                     self._lengthen = self._layered.longer(wanted, ended.horizon, ended.granted)
@@ -170,6 +184,15 @@ class Searching:
             PlannerError: The encoding asks for what there is not.
         """
         ended = self.recorded.search_due(*IMPROVING)
+        if ended is None and self.demand.has_tasks:
+            if self.demand.is_constrained:
+                self._gather(str(self.demand.searches))
+            else:
+                symbols = self.solver.solve().symbols
+                try:
+                    ended = self.tasks.improve(symbols, self.step, stopped, seconds)
+                except (TaskError, SearchProcessError, OSError):
+                    ended = SearchEnded(Ended.NOTHING)
         if ended is None:
             look = self._look_for_more(stopped, seconds) if seconds else None
             ended = look or self._look_for_better(stopped)
@@ -205,12 +228,44 @@ class Searching:
         """
         ended = self.recorded.search_due(Ended.LAYERED, Ended.CALLED, number=number)
         if ended is None:
-            ended = self._layered.find(wanted, stopped, same=self._same() if compares else None)
+            same = self._same() if compares else None
+            ended = self._layered.find(wanted, lambda: stopped() or self.tasks.is_ready, same=same)
+            if ended.how is Ended.CALLED and not stopped():
+                ended = self.tasks.take() or self._layered.find(wanted, stopped, same=same)
+            self.tasks.close()
         elif ended.how is Ended.LAYERED:
             self._layered.take(wanted, ended)
-        if ended.how is not Ended.CALLED:
+        if ended.how is Ended.FOUND:
+            self.note(dataclasses.replace(ended, round=number))
+        elif ended.how is not Ended.CALLED:
             self.note(dataclasses.replace(ended, symbols=(), quality=None, round=number))
         return ended
+
+    def _find_for_task(
+        self, symbols: Sequence[str], stopped: Callable[[], bool], number: int
+    ) -> Optional[SearchEnded]:
+        """Finds a plan for the task that an answer set shows; returns None without one."""
+        ended = self.recorded.search_due(Ended.FOUND, Ended.CALLED, number=number)
+        if ended is None and not (self.recorded.knows_searches or self.demand.is_constrained):
+            patience = self.patience if self.awaits_layers else 0.0
+            ended = self.tasks.find(symbols, self.step, stopped, patience)
+        if ended is not None and ended.how is Ended.FOUND:
+            self.note(dataclasses.replace(ended, round=number))
+        return ended
+
+    def _take_found(self, ended: SearchEnded) -> Optional[Quality]:
+        """Tells the encoding a plan that was found, and returns its quality."""
+        self.layers.missing = ended.missing
+        self.run(self.demand.ground(self.demand.asked_for(ended.symbols)))
+        return ended.quality
+
+    def _gather(self, number: str) -> wire.Outcome:
+        """Has the encoding look for layers, and returns its answer set."""
+        self.run(
+            self.demand.ground([wire.Part("gather", (number,))]),
+            wire.AssignExternal(f"gathered({number})", wire.Truth.TRUE),
+        )
+        return self.solver.solve()
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
         """Returns whether there is any, be it the best one or not; None if told to stop before."""
@@ -311,7 +366,7 @@ class Searching:
         ended = self.recorded.search_due(Ended.CUT, Ended.FINISHED, Ended.REFUTED, number=number)
         if ended is None:
             outcome, quality = self._solve_in_time(stopped, compares=compares, best=best)
-            if not self._depends_on_time():
+            if not self._depends_on_time() or task_of(outcome.symbols):
                 return outcome, quality
             if outcome.result is wire.Result.UNSAT and self.demand.may_relax:
                 self.note(SearchEnded(Ended.REFUTED, round=number))

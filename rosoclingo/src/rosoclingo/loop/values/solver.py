@@ -34,7 +34,7 @@ class Solver(Protocol):
 class Forwarding:
     """Base class of wrappers: delegates every call to another solver.
 
-    A wrapper overrides :meth:`_call` to guard all calls, or :meth:`_found` to change outcomes.
+    A wrapper overrides ``_call`` to guard all calls, or ``_found`` to change outcomes.
     """
 
     def __init__(self, solver: Solver) -> None:

@@ -1,0 +1,87 @@
+"""Turns a task into integers, for the search."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import DefaultDict, Dict, List, Tuple
+
+from rosoclingo.engine.flat import FlatAction, FlatTask
+from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest
+
+
+def flatten(task: PlanningTask) -> FlatTask:
+    """Returns a task in integers; its actions have the same numbers."""
+    return _Flattener(task).flat()
+
+
+class _Facts(Dict[TaskFact, Tuple[int, int]]):
+    """The numbers of variables and values, by facts; a new fact gets new ones."""
+
+    def __init__(self) -> None:
+        self.variables: Dict[str, int] = {}
+        self.by_variable: List[Dict[str, int]] = []
+
+    def __missing__(self, fact: TaskFact) -> Tuple[int, int]:
+        variable, value = fact
+        number = self.variables.setdefault(variable, len(self.variables))
+        if number == len(self.by_variable):
+            self.by_variable.append({})
+        values = self.by_variable[number]
+        found = self[fact] = number, values.setdefault(value, len(values))
+        return found
+
+
+class _Flattener:
+    """Numbers the values, variables, numbers and actuators that matter."""
+
+    def __init__(self, task: PlanningTask) -> None:
+        self._task = task
+        self._facts = _Facts()
+        self._numbers = {name: number for number, name in enumerate(task.limits)}
+        self._read = {variable for action in task.actions for variable, _ in action.needs}
+        for action in task.actions:
+            self._read.update(variable for variable, _ in action.others)
+            for change in action.changes:
+                self._read.update(variable for variable, _ in change.conditions)
+        for request in task.requests.values():
+            self._read.update(variable for variable, _ in request.values)
+        self._actuators: DefaultDict[str, int] = defaultdict(lambda: len(self._actuators))
+
+    def flat(self) -> FlatTask:
+        task, facts = self._task, self._facts
+        actions = [self._action(action) for action in task.actions]
+        requests = [self._request(request) for request in task.requests.values()]
+        # A variable that has no value, or one that nothing asks for, has a value of its own.
+        initial = [facts[name, task.state.values.get(name, "")][1] for name in facts.variables]
+        return FlatTask(
+            domains=[len(values) for values in facts.by_variable],
+            initial=initial,
+            limits=list(task.limits.values()),
+            levels=[task.state.levels.get(name, -1) for name in task.limits],
+            requests=requests,
+            actions=actions,
+        )
+
+    def _action(self, action: TaskAction) -> FlatAction:
+        facts = self._facts
+        return (
+            [facts[fact] for fact in action.needs],
+            [facts[fact] for fact in action.others],
+            [
+                ([facts[fact] for fact in change.conditions],
+                 *facts[change.variable, change.value])
+                for change in action.changes
+                if change.variable in self._read
+            ],
+            [(int(kind), self._numbers[name], amount) for kind, name, amount in action.numbers],
+            action.cost,
+            self._actuators[action.actuator],
+        )  # fmt: skip
+
+    def _request(
+        self, request: TaskRequest
+    ) -> Tuple[List[Tuple[int, int]], List[Tuple[int, int, int]]]:
+        return (
+            [self._facts[fact] for fact in request.values],
+            [(self._numbers[name], least, most) for name, least, most in request.bounds],
+        )

@@ -1,0 +1,157 @@
+r"""Reads the planning task from the rows that answer sets show, see ``lib/task.lp``.
+
+Rows of what is said in base are read once, all others with each search.
+
+>>> reader = TaskReader()
+>>> reader.read_facts(['task_action(arm,open)', 'task_needs(arm,open,"|",door,"|",shut)',
+...                    'task_sets(arm,open,"|",door,"|",wide)'])
+>>> task = reader.read(['task_is(door,"|",shut)', 'task_wish(1,"|",door,"|",wide)'])
+>>> print(*task.lines(), sep="\n")
+door is shut
+request 1 wants door = wide
+arm: open, cost 1
+    needs door = shut
+    door = wide
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Container, DefaultDict, Dict, Iterable, List, Sequence, Tuple
+
+from rosclingo.wire.term_text import number, split_term
+from rosoclingo.engine.actions import ActionReader
+from rosoclingo.engine.moves import Moves
+from rosoclingo.engine.relevance import Relevance
+from rosoclingo.engine.rows import MOST_AMOUNT, SEPARATOR, TaskRows, joined, level_of, read_rows
+from rosoclingo.engine.task import PlanningTask, TaskFact, TaskRequest, TaskState
+from rosoclingo.engine.ways import WayMap
+from rosoclingo.errors import TaskError
+
+_OF_MAPS = ("way", "moves", "drains", "reserves")
+_PLAN = "plan_"
+_WAY = "plan_way"
+
+
+def plan_rows(symbols: Iterable[str]) -> Tuple[str, ...]:
+    """Returns the rows of an answer set that say in which step each action of its plan ends."""
+    return tuple(text for text in symbols if text.startswith(_PLAN))
+
+
+class TaskReader:
+    """Reads tasks of one encoding. One thread makes the calls.
+
+    Attributes:
+        has_facts: Whether it knows what is said in base.
+    """
+
+    def __init__(self) -> None:
+        self.has_facts = False
+        self._facts: TaskRows = {}
+        self._actions = ActionReader({})
+        self._map = WayMap({})
+        self._ways: object = None  # those of the map
+
+    def read_facts(self, symbols: Iterable[str]) -> None:
+        """Reads what is said in base."""
+        self._facts = read_rows(symbols)
+        self._actions = ActionReader(self._facts)
+        self.has_facts = True
+        self._ways = None
+
+    def read(
+        self, symbols: Iterable[str], followed: Iterable[str] = (), step: int = 0
+    ) -> PlanningTask:
+        """Reads the task of a search: what is said in base, and what its answer set shows.
+
+        Args:
+            symbols: The answer set.
+            followed: What :func:`plan_rows` has returned of the plan before.
+            step: The current step, as the plan before counts steps.
+
+        Raises:
+            TaskError: A variable has two values.
+        """
+        new = defaultdict(list, read_rows(symbols))
+        limits = {name: level_of(most) for name, most in new["limit"]}
+        values = dict(new["is"])
+        if len(values) < len(new["is"]):
+            raise TaskError("a variable has two values")
+        levels = {name: level_of(values.pop(name)) for name in limits if name in values}
+        state = TaskState(values, {name: level for name, level in levels.items() if level >= 0})
+        rows = joined({name: self._facts.get(name, []) for name in _OF_MAPS}, new)
+        actions = self._actions.read(new, limits)
+        requests = _requests(new["wish"], limits)
+        moves = Moves(
+            self._map_of(rows),
+            limits,
+            actions,
+            robots=rows["moves"],
+            draining=rows["drains"],
+            reserving=rows["reserves"],
+        )
+        actions = [moves.reserving(action) for action in actions]
+        relevance = Relevance(state, actions, requests, moves)
+        return PlanningTask(
+            state,
+            limits,
+            relevance.actions,
+            {slot: each for slot, each in requests.items() if slot not in relevance.hopeless},
+            tuple(slot for slot in requests if slot in relevance.hopeless),
+            _left(followed, step, {choice for (choice,) in new["failed"]}),
+            min(((int(n), slot) for slot, n in new["overdue"]), default=(0, ""))[1],
+        )
+
+    def _map_of(self, rows: TaskRows) -> WayMap:
+        closed = {(start, end) for start, end in rows["closed"]}
+        lately = {(start, end): int(length) for start, end, length in rows["lately"]}
+        key = (frozenset(closed), tuple(sorted(lately.items())))
+        if self._ways != key:
+            ways = {(start, end): int(length) for start, end, length in rows["way"]}
+            ways.update((way, length) for way, length in lately.items() if way in ways)
+            self._ways = key
+            self._map = WayMap({way: n for way, n in ways.items() if way not in closed})
+        return self._map
+
+
+def _requests(rows: Sequence[Sequence[str]], limits: Dict[str, int]) -> Dict[str, TaskRequest]:
+    values: DefaultDict[str, List[TaskFact]] = defaultdict(list)
+    bounds: DefaultDict[str, Dict[str, Tuple[int, int]]] = defaultdict(dict)
+    for slot, variable, value in rows:
+        wished = values[slot]
+        if variable not in limits:
+            wished.append((variable, value))
+            continue
+        name, arguments = split_term(value)
+        least, most = bounds[slot].get(variable, (0, limits[variable]))
+        amount = number(arguments[0])
+        if name == "least":
+            least = max(least, MOST_AMOUNT + 1 if amount is None else amount)
+        else:
+            most = min(most, -1 if amount is None or amount > MOST_AMOUNT else amount)
+        bounds[slot][variable] = least, most
+    return {
+        slot: TaskRequest(tuple(wished), tuple((name, *of) for name, of in bounds[slot].items()))
+        for slot, wished in values.items()
+    }
+
+
+def _left(
+    followed: Iterable[str], step: int, failed: Container[str]
+) -> Sequence[Sequence[TaskFact]]:
+    """Returns what is left of a plan: ways and actions of each layer, in this order.
+
+    Args:
+        followed: TaskRows that say in which step each of them ends.
+        step: The last step that is over.
+        failed: The actions that have failed in it, and are done again.
+    """
+    layers: DefaultDict[int, Tuple[List[TaskFact], List[TaskFact]]] = defaultdict(lambda: ([], []))
+    for text in followed:
+        name, _, arguments = text[:-1].partition("(")
+        layer, *what, end = arguments.split(SEPARATOR)
+        is_way = name == _WAY
+        choice = f"{what[0]},go({what[1]})" if is_way else what[0]
+        if int(end) > step or (int(end) == step and choice in failed):
+            layers[int(layer)][not is_way].append((what[0], what[1] if is_way else ""))
+    return [[*ways, *actions] for _, (ways, actions) in sorted(layers.items())]

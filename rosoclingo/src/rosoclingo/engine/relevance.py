@@ -1,0 +1,234 @@
+"""Finds out what of a task may be reached, and what of that may help."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import DefaultDict, Dict, Iterable, List, Mapping, Sequence, Set, Tuple
+
+from rosoclingo.engine.moves import Moves
+from rosoclingo.engine.task import Kind, TaskAction, TaskFact, TaskRequest, TaskState
+
+_RAISES = (Kind.ADDS, Kind.BECOMES)
+_LOWERS = (Kind.TAKES, Kind.BECOMES)
+
+
+class Relevance:
+    """The part of a task that matters.
+
+    What is reached is a superset of what can be: actions are taken to undo nothing, and numbers to
+    be large enough.
+
+    Attributes:
+        actions: What may be done and may help, with the ways of robots.
+        hopeless: The requests of which some wish cannot be reached.
+    """
+
+    def __init__(
+        self,
+        state: TaskState,
+        actions: Sequence[TaskAction],
+        requests: Mapping[str, TaskRequest],
+        moves: Moves,
+    ) -> None:
+        self._state = state
+        self._moves = moves
+        self._requests = requests
+        self._spots: DefaultDict[str, Dict[str, None]] = defaultdict(dict)  # by at(R)
+        for fact in _asked(actions, requests):
+            if self._robot(fact[0]):
+                self._spots[fact[0]][fact[1]] = None
+        self._reached: Dict[TaskFact, None] = {}
+        self._possible = self._find_possible(actions)
+        self.hopeless = {
+            slot for slot, request in requests.items() if not self._is_reached(request)
+        }
+        self._useful: Dict[TaskFact, None] = {}
+        self.actions = self._find_helpful()
+
+    def _robot(self, variable: str) -> str:
+        """Returns the robot whose position a variable is; empty if it is none."""
+        robot = variable[3:-1]
+        return robot if variable.startswith("at(") and robot in self._moves.robots else ""
+
+    # Forwards.
+
+    def _find_possible(self, actions: Sequence[TaskAction]) -> List[TaskAction]:
+        waiting: DefaultDict[TaskFact, List[int]] = defaultdict(list)
+        differing: DefaultDict[str, List[Tuple[str, int]]] = defaultdict(list)
+        missing: List[int] = []
+        possible: Dict[int, None] = {}
+        new: List[TaskFact] = []
+
+        def fulfil(number: int) -> None:
+            missing[number] -= 1
+            if missing[number] == 0:
+                possible[number] = None
+                for change in actions[number].changes:
+                    reach((change.variable, change.value))
+
+        def reach(fact: TaskFact) -> None:
+            if fact not in self._reached:
+                self._reached[fact] = None
+                new.append(fact)
+
+        for number, action in enumerate(actions):
+            conditions = 1 + len(action.needs)
+            for fact in action.needs:
+                waiting[fact].append(number)
+            for variable, value in action.others:
+                if self._state.values.get(variable) == value:
+                    differing[variable].append((value, number))
+                    conditions += 1
+            missing.append(conditions)
+        for fact in self._state.values.items():
+            reach(fact)
+        for number in range(len(actions)):
+            fulfil(number)
+        while new:
+            variable, value = new.pop()
+            for number in waiting.pop((variable, value), ()):
+                fulfil(number)
+            waiting_for_others = differing.pop(variable, [])
+            for unwanted, number in waiting_for_others:
+                if unwanted != value:
+                    fulfil(number)
+            rest = [each for each in waiting_for_others if each[0] == value]
+            if rest:
+                differing[variable] = rest
+            robot = self._robot(variable)
+            if robot:
+                spots = [p for p in self._spots[variable] if (variable, p) not in self._reached]
+                for way in self._moves.ways(robot, value, spots):
+                    reach((variable, way.name))
+        return [actions[number] for number in sorted(possible)]
+
+    def _is_reached(self, request: TaskRequest) -> bool:
+        for fact in request.values:
+            if fact not in self._reached:
+                return False
+        for number, least, most in request.bounds:
+            level = self._state.levels.get(number, -1)
+            if level < least and not self._may_become(number, least, is_least=True):
+                return False
+            if level > most and not self._may_become(number, most, is_least=False):
+                return False
+        return True
+
+    def _may_become(self, number: str, bound: int, *, is_least: bool) -> bool:
+        if bound < 0:
+            return False
+        kinds = _RAISES if is_least else _LOWERS
+        changing = (
+            kind in kinds
+            and name == number
+            and (kind is not Kind.BECOMES or _fits(n, bound, is_least))
+            for action in self._possible
+            for kind, name, n in action.numbers
+        )
+        return any(changing) or (not is_least and number in self._moves.drained)
+
+    # Backwards.
+
+    def _find_helpful(self) -> List[TaskAction]:
+        achievers: DefaultDict[object, List[TaskAction]] = defaultdict(list)
+        for action in self._possible:
+            for change in action.changes:
+                achievers[change.variable, change.value].append(action)
+            for kind, name, _ in action.numbers:
+                if kind in _RAISES:
+                    achievers[name, True].append(action)
+                if kind in _LOWERS:
+                    achievers[name, False].append(action)
+        helpful: Dict[int, TaskAction] = {}
+        robots: Set[str] = set()
+        new: List[object] = []
+        known: Set[object] = set()
+
+        def want(what: object) -> None:
+            if what not in known:
+                known.add(what)
+                new.append(what)
+
+        def want_values(variable: str, without: str = "") -> None:
+            for fact in self._of(variable):
+                if fact[1] != without:
+                    want(fact)
+
+        for slot, request in self._requests.items():
+            if slot not in self.hopeless:
+                for fact in request.values:
+                    want(fact)
+                for number, _, _ in request.bounds:
+                    want((number, True))
+                    want((number, False))
+        while new:
+            what = new.pop()
+            assert isinstance(what, tuple)
+            robot = self._robot(what[0])
+            if robot and robot not in robots:
+                robots.add(robot)
+                want_values(what[0])
+                for name in self._moves.numbers_of(robot):
+                    want((name, True))
+            for action in achievers.get(what, ()):
+                if id(action) in helpful:
+                    continue
+                helpful[id(action)] = action
+                for fact in action.needs:
+                    want(fact)
+                for variable, value in action.others:
+                    want_values(variable, value)
+                for change in action.changes:
+                    for variable, _ in change.conditions:
+                        want_values(variable)
+                for kind, name, _ in action.numbers:
+                    if kind in (Kind.TAKES, Kind.LEAST):
+                        want((name, True))
+                    elif kind in (Kind.ADDS, Kind.MOST):
+                        want((name, False))
+        self._useful = {fact: None for fact in self._reached if fact in known}
+        ordered = [action for action in self._possible if id(action) in helpful]
+        return [*ordered, *self._ways(ordered, sorted(robots))]
+
+    def _of(self, variable: str) -> List[TaskFact]:
+        """Returns the facts about a variable that are reached."""
+        if not hasattr(self, "_by_variable"):
+            self._by_variable: DefaultDict[str, List[TaskFact]] = defaultdict(list)
+            for fact in self._reached:
+                self._by_variable[fact[0]].append(fact)
+        return self._by_variable[variable]
+
+    def _ways(self, actions: Sequence[TaskAction], robots: Sequence[str]) -> Iterable[TaskAction]:
+        """Yields the ways of robots to where something may be done."""
+        requests = {slot: r for slot, r in self._requests.items() if slot not in self.hopeless}
+        spots: DefaultDict[str, Dict[str, None]] = defaultdict(dict)
+        stands: DefaultDict[str, Dict[str, None]] = defaultdict(dict)
+        for variable, value in _asked(actions, requests):
+            spots[variable][value] = None
+        for action in actions:
+            for change in action.changes:
+                stands[change.variable][change.value] = None
+        for robot in robots:
+            variable = f"at({robot})"
+            ends = [place for place in spots[variable] if (variable, place) in self._reached]
+            now = self._state.values.get(variable)
+            starts = dict.fromkeys([*([] if now is None else [now]), *ends, *stands[variable]])
+            for start in starts:
+                if (variable, start) in self._reached:
+                    yield from self._moves.ways(robot, start, ends)
+
+
+def _fits(amount: int, bound: int, is_least: bool) -> bool:
+    return amount >= bound if is_least else amount <= bound
+
+
+def _asked(
+    actions: Iterable[TaskAction], requests: Mapping[str, TaskRequest]
+) -> Iterable[TaskFact]:
+    """Yields the facts that actions need, and that requests want."""
+    for action in actions:
+        yield from action.needs
+        for change in action.changes:
+            yield from change.conditions
+    for request in requests.values():
+        yield from request.values

@@ -1,0 +1,123 @@
+"""Finds out whether what is left of a plan still leads to what is wanted."""
+
+from __future__ import annotations
+
+from typing import List, Mapping, Optional, Sequence, Set
+
+from rosoclingo.engine.task import Kind, PlanningTask, TaskAction, TaskState
+from rosoclingo.errors import TaskError
+
+_CHANGING = (Kind.TAKES, Kind.ADDS, Kind.BECOMES)
+
+
+def rest_of_plan(task: PlanningTask) -> Optional[List[int]]:
+    """Returns what is left of the plan before as numbers of actions, in an order for execution.
+
+    Robots go from where they are now, so a way may be another one than before. What cannot help any
+    more is left out.
+
+    Returns:
+        None if some of it is not possible any more, or if nothing is left.
+    """
+    if not task.left:
+        return None
+    walk = _Walk(task)
+    by_choice = {f"{a.actuator},{a.name}": n for n, a in enumerate(task.actions) if not a.start}
+    for layer in task.left:
+        for name, place in layer:
+            if place:
+                walk.go(name, place)
+        group = [by_choice[name] for name, place in layer if not place and name in by_choice]
+        if not all(walk.act(number) for number in _in_order(task, group)):
+            return None
+    done = task.execute(walk.plan)
+    if len(done.met) == len(task.requests):
+        return walk.plan
+    return _needed(task, walk.plan, done.met)
+
+
+class _Walk:
+    """Executes a plan bit by bit.
+
+    Attributes:
+        plan: The numbers of the actions until now.
+    """
+
+    def __init__(self, task: PlanningTask) -> None:
+        self.plan: List[int] = []
+        self._task = task
+        self._state = TaskState(dict(task.state.values), dict(task.state.levels))
+        self._ways = {
+            (action.actuator, action.name, action.start): number
+            for number, action in enumerate(task.actions)
+            if action.start
+        }
+
+    def go(self, robot: str, place: str) -> None:
+        """Has a robot go to a place, if it can; else what it does there is not possible."""
+        way = self._ways.get((robot, place, self._state.values.get(f"at({robot})", "")))
+        if way is not None:
+            self.act(way)
+
+    def act(self, number: int) -> bool:
+        """Does an action; returns whether that is possible."""
+        try:
+            self._task.do(number, self._state)
+        except TaskError:
+            return False
+        self.plan.append(number)
+        return True
+
+
+def _needed(task: PlanningTask, plan: List[int], met: Mapping[str, int]) -> List[int]:
+    """Returns a plan without what serves none of the requests that it meets.
+
+    An action is kept if something later depends on what it changes.
+    """
+    needed: Set[str] = set()  # variables and numbers whose values matter to what is kept
+    kept: List[int] = []
+    for position in range(len(plan), 0, -1):
+        for slot, when in met.items():
+            if when == position:
+                needed.update(variable for variable, _ in task.requests[slot].values)
+                needed.update(number for number, _, _ in task.requests[slot].bounds)
+        action = task.actions[plan[position - 1]]
+        changed = {change.variable for change in action.changes}
+        changed.update(name for kind, name, _ in action.numbers if kind in _CHANGING)
+        if changed & needed:
+            kept.append(plan[position - 1])
+            needed -= {change.variable for change in action.changes if not change.conditions}
+            needed |= _read(action)
+            needed.update(name for _, name, _ in action.numbers)
+    walk = _Walk(task)
+    for number in reversed(kept):
+        action = task.actions[number]
+        if action.start:
+            walk.go(action.actuator, action.name)
+        elif not walk.act(number):
+            return plan
+    return walk.plan if task.execute(walk.plan).met.keys() >= met.keys() else plan
+
+
+def _in_order(task: PlanningTask, group: Sequence[int]) -> List[int]:
+    """Sorts the actions of a layer: a value is read before it is changed."""
+    rest, ordered = list(group), []
+    while rest:
+        free = [one for one in rest if not any(_precedes(task, other, one) for other in rest)]
+        ordered.append((free or rest)[0])
+        rest.remove(ordered[-1])
+    return ordered
+
+
+def _precedes(task: PlanningTask, first: int, second: int) -> bool:
+    """Tells whether one action reads what another one changes, and does not change it."""
+    changed = {change.variable for change in task.actions[second].changes}
+    own = {change.variable for change in task.actions[first].changes}
+    return first != second and bool((_read(task.actions[first]) - own) & changed)
+
+
+def _read(action: TaskAction) -> Set[str]:
+    read = {variable for variable, _ in (*action.needs, *action.others)}
+    for change in action.changes:
+        read.update(variable for variable, _ in change.conditions)
+    return read

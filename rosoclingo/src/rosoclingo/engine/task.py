@@ -1,0 +1,244 @@
+"""The planning task of a search as data: what can be done, what there is now, and what is wanted.
+
+A plan for it is a sequence of numbers of actions; :meth:`PlanningTask.execute` does them in that
+order and says what is wrong if one of them is not possible.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import Dict, Iterator, List, Mapping, Sequence, Tuple
+
+from rosoclingo.errors import TaskError
+
+TaskFact = Tuple[str, str]
+"""A variable and its value."""
+
+
+class Kind(enum.IntEnum):
+    """How an action treats a number. All conditions hold for the level before it."""
+
+    TAKES = 0  # so much, which has to be there
+    ADDS = 1  # so much, for which there has to be room
+    BECOMES = 2
+    LEAST = 3  # it needs so much at least
+    MOST = 4  # it needs so much at most
+
+
+@dataclass(frozen=True)
+class Change:
+    """A value that a variable gets, only if others have some values before the action."""
+
+    variable: str
+    value: str
+    conditions: Tuple[TaskFact, ...] = ()
+
+
+@dataclass(frozen=True)
+class TaskAction:
+    """An action of an actuator, or a robot's way from one place to another.
+
+    Attributes:
+        actuator: The actuator.
+        name: The action, or the place to which a way leads.
+        start: The place from which a way leads; empty if this is no way.
+        needs: Values that variables must have.
+        others: Values that variables must not have.
+        changes: What it changes.
+        numbers: What it does to numbers, and needs of them.
+        occupies: What no other actuator may occupy meanwhile.
+        cost: What it costs, a whole number; of a way, the sum of its lengths.
+    """
+
+    actuator: str
+    name: str
+    start: str = ""
+    needs: Tuple[TaskFact, ...] = ()
+    others: Tuple[TaskFact, ...] = ()
+    changes: Tuple[Change, ...] = ()
+    numbers: Tuple[Tuple[Kind, str, int], ...] = ()
+    occupies: Tuple[str, ...] = ()
+    cost: int = 1
+
+    def __str__(self) -> str:
+        if self.start:
+            return f"{self.actuator}: {self.start} -> {self.name}"
+        return f"{self.actuator}: {self.name}"
+
+
+@dataclass(frozen=True)
+class TaskRequest:
+    """What a request wants: values of variables, and bounds of numbers, at the same time.
+
+    Attributes:
+        values: The values.
+        bounds: For a number, the least and the largest level.
+    """
+
+    values: Tuple[TaskFact, ...] = ()
+    bounds: Tuple[Tuple[str, int, int], ...] = ()
+
+
+@dataclass
+class TaskState:
+    """What there is at some time.
+
+    Attributes:
+        values: The values of variables; a variable without one is unknown.
+        levels: The levels of numbers.
+    """
+
+    values: Dict[str, str]
+    levels: Dict[str, int]
+
+
+@dataclass(frozen=True)
+class Executed:
+    """What a plan leads to.
+
+    Attributes:
+        state: What there is after it.
+        met: The requests that are met, each after how many actions.
+        cost: What it costs.
+    """
+
+    state: TaskState
+    met: Mapping[str, int]
+    cost: int
+
+
+@dataclass(frozen=True)
+class PlanningTask:
+    """A planning task. Immutable.
+
+    Attributes:
+        state: What there is now.
+        limits: The largest level of each number; the smallest one is 0.
+        actions: What can be done, without what cannot help.
+        requests: What is wanted, by the slot of each request.
+        hopeless: Requests for which nothing that can be done is enough.
+        left: What is left of the plan before, in order.
+        elder: The request that has waited longest of those that have waited too long; else empty.
+    """
+
+    state: TaskState
+    limits: Mapping[str, int]
+    actions: Sequence[TaskAction]
+    requests: Mapping[str, TaskRequest]
+    hopeless: Tuple[str, ...] = ()
+    left: Sequence[Sequence[TaskFact]] = ()
+    elder: str = ""
+
+    def execute(self, plan: Sequence[int]) -> Executed:
+        """Does actions in an order.
+
+        Args:
+            plan: Their numbers.
+
+        Raises:
+            TaskError: One of them is not possible; the message names it, its position and why.
+        """
+        state = TaskState(dict(self.state.values), dict(self.state.levels))
+        met = {slot: 0 for slot in self.requests if self._is_met(slot, state)}
+        for position, number in enumerate(plan, 1):
+            self.do(number, state, position)
+            for slot in self.requests:
+                if slot not in met and self._is_met(slot, state):
+                    met[slot] = position
+        return Executed(state, met, sum(self.actions[number].cost for number in plan))
+
+    def do(self, number: int, state: TaskState, position: int = 0) -> None:
+        """Does an action, which changes the state.
+
+        Raises:
+            TaskError: It is not possible.
+        """
+        action = self.actions[number]
+        reason = next(self.obstacles(action, state), "")
+        if reason:
+            raise TaskError(f"action {position} of the plan, {action}, is not possible: {reason}")
+        for change in _happening(action, state):
+            state.values[change.variable] = change.value
+        for kind, number_, amount in action.numbers:
+            if kind is Kind.TAKES:
+                state.levels[number_] -= amount
+            elif kind is Kind.ADDS:
+                state.levels[number_] += amount
+            elif kind is Kind.BECOMES:
+                state.levels[number_] = amount
+
+    def obstacles(self, action: TaskAction, state: TaskState) -> Iterator[str]:
+        """Yields why an action is not possible, in sentences."""
+        for variable, value in action.needs:
+            now = state.values.get(variable, "unknown")
+            if now != value:
+                yield f"{variable} is {now}, and not {value}"
+        for variable, value in action.others:
+            if state.values.get(variable) == value:
+                yield f"{variable} is {value}"
+        given: Dict[str, str] = {}
+        for change in _happening(action, state):
+            if given.setdefault(change.variable, change.value) != change.value:
+                yield f"it gives {change.variable} two values"
+        for kind, number, amount in action.numbers:
+            level = state.levels.get(number, -1)
+            if kind in (Kind.TAKES, Kind.LEAST) and level < amount:
+                yield f"{number} is {level}, and less than {amount}"
+            elif kind is Kind.MOST and level > amount:
+                yield f"{number} is {level}, and more than {amount}"
+            elif kind is Kind.ADDS and level + amount > self.limits[number]:
+                yield f"{number} is {level}, and has no room for {amount} more"
+
+    def _is_met(self, slot: str, state: TaskState) -> bool:
+        request = self.requests[slot]
+        return all(
+            state.values.get(variable) == value for variable, value in request.values
+        ) and all(
+            least <= state.levels.get(number, -1) <= most for number, least, most in request.bounds
+        )
+
+    def lines(self) -> Iterator[str]:
+        """Yields the task as text for people."""
+        yield from (
+            f"{variable} is {value}" for variable, value in sorted(self.state.values.items())
+        )
+        for number, limit in sorted(self.limits.items()):
+            yield f"{number} is {self.state.levels.get(number, 'unknown')} of {limit}"
+        for slot, request in self.requests.items():
+            wishes = [f"{variable} = {value}" for variable, value in request.values]
+            wishes += [f"{least} <= {number} <= {most}" for number, least, most in request.bounds]
+            yield f"request {slot} wants {', '.join(wishes)}"
+        yield from (f"request {slot} is out of reach" for slot in self.hopeless)
+        for action in self.actions:
+            yield from _describe(action)
+
+
+def _happening(action: TaskAction, state: TaskState) -> List[Change]:
+    """Returns the changes of an action whose conditions hold."""
+    return [
+        change
+        for change in action.changes
+        if all(state.values.get(variable) == value for variable, value in change.conditions)
+    ]
+
+
+def _describe(action: TaskAction) -> Iterator[str]:
+    yield f"{action}, cost {action.cost}"
+    needs = [f"{variable} = {value}" for variable, value in action.needs]
+    needs += [f"{variable} != {value}" for variable, value in action.others]
+    words = {Kind.LEAST: ">=", Kind.MOST: "<=", Kind.TAKES: ">="}
+    needs += [f"{number} {words[kind]} {n}" for kind, number, n in action.numbers if kind in words]
+    if needs:
+        yield f"    needs {', '.join(needs)}"
+    signs = {Kind.TAKES: "-=", Kind.ADDS: "+=", Kind.BECOMES: "="}
+    effects: List[str] = []
+    for change in action.changes:
+        text = f"{change.variable} = {change.value}"
+        given = " and ".join(f"{variable} = {value}" for variable, value in change.conditions)
+        effects.append(f"{text} if {given}" if given else text)
+    effects += [
+        f"{number} {signs[kind]} {n}" for kind, number, n in action.numbers if kind in signs
+    ]
+    if effects:
+        yield f"    {', '.join(effects)}"

@@ -1,0 +1,386 @@
+"""Searches for first plans and better ones outside of clingo, in a process of its own.
+
+An encoding with the parts ``facts`` and ``task(k)`` shows its planning task by rows, see
+``lib/task.lp``. A plan that is found for it is told to the encoding by parts: ``occ(R,A,N,K)`` and
+``headed(K,N,R,V,W)`` for its N-th action, ``attained(K,N,ID)`` for a request that is met after it,
+and ``follow(K)``. No layer is grounded for that.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import enum
+import threading
+import time
+from dataclasses import dataclass, replace
+from typing import Callable, Container, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
+
+from rosclingo.wire import commands as wire
+from rosclingo.wire.term_text import split_term
+from rosoclingo.engine.flattening import flatten
+from rosoclingo.engine.process import SearchProcess
+from rosoclingo.engine.reading import TaskReader, plan_rows
+from rosoclingo.engine.rest import rest_of_plan
+from rosoclingo.engine.task import PlanningTask
+from rosoclingo.engine.worker import SearchEnd
+from rosoclingo.errors import SearchProcessError, TaskError
+from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.values.solver import Solver
+
+TASK = ("task", 1)
+"""The part of an encoding that shows the task of a search."""
+
+LIBRARY_PARTS = frozenset(
+    {("gather", 1), ("details", 1), ("reachable", 1), ("reach", 2), ("attain", 2), ("plan", 1),
+     ("layer", 2), ("moves", 2), ("conditions", 2), ("numbers", 2), ("goal", 2)}
+)  # fmt: skip
+"""The parts of ``lib/layers.lp`` and ``lib/actions.lp`` that plans come of. If an encoding adds to
+one of them, its task is more than it shows."""
+
+_FACTS = "facts"
+_SHOWING = "showing_facts"
+_TASK = "task("
+_ALONE_SECONDS = 3.0  # of processor time, which the search has before clingo looks for layers, too
+_IMPROVE_SECONDS = 10.0  # of work, that a search for better plans may take
+_MOST_WORK = 10.0  # seconds of a slow processor that a second of work may take
+_SECONDS = 60.0  # of processor time, which it has in all
+_BYTES = 2**31
+_SHOWN_SECONDS = 1.25  # of processor time, after which a first better plan is shown
+_POLL_SECONDS = 0.005
+
+
+def task_of(symbols: Sequence[str]) -> str:
+    """Returns the number of the search whose task an answer set shows; empty if it shows none.
+
+    >>> task_of(["do(a,b,1)", "task(3)"])
+    '3'
+    """
+    for text in symbols:
+        if text.startswith(_TASK):
+            return split_term(text)[1][0]
+    return ""
+
+
+@dataclass
+class FollowedPlan:
+    """The plan that is followed, as far as the next search may go on with it; saved.
+
+    Attributes:
+        followed: Its actions, as the encoding shows them.
+        passed: How many of its steps there were before the last reset.
+    """
+
+    followed: Tuple[str, ...] = ()
+    passed: int = 0
+
+
+@dataclass(eq=False)
+class TaskSearch:
+    """Finds plans for the tasks of one encoding. One thread makes the calls.
+
+    Attributes:
+        solver: The solver, whose encoding shows the task.
+        run: Runs commands.
+        state: The plan that is followed.
+        show: Called with the task of each search for a first plan.
+        warn: Called with why it cannot be used, so that clingo plans alone.
+    """
+
+    solver: Solver
+    run: Callable[..., object]
+    state: FollowedPlan
+    show: Callable[[PlanningTask], None] = lambda _: None
+    warn: Callable[[str], None] = lambda _: None
+
+    def __post_init__(self) -> None:
+        self._reader = TaskReader()
+        self._attempt: Optional[_Attempt] = None  # a search that takes long
+        self._shown = 0  # better plans since the first one
+
+    def read_facts(self, ground: Callable[[Sequence[wire.Part]], wire.Command]) -> None:
+        """Reads what the encoding says in base, unless that is known.
+
+        Args:
+            ground: Returns the command that grounds parts that are not grounded yet.
+        """
+        if self._reader.has_facts:
+            return
+        self.run(ground([wire.Part(_FACTS)]), wire.AssignExternal(_SHOWING, wire.Truth.TRUE))
+        self._reader.read_facts(self.solver.solve().symbols)
+        self.run(wire.AssignExternal(_SHOWING, wire.Truth.FALSE))
+
+    def follow(self, symbols: Sequence[str]) -> None:
+        """Takes a plan as the one that is followed from now on."""
+        self.state.followed, self.state.passed = plan_rows(symbols), 0
+
+    def read(self, symbols: Sequence[str], step: int) -> PlanningTask:
+        """Returns the task that an answer set shows in a step."""
+        return self._reader.read(symbols, self.state.followed, self.state.passed + step)
+
+    def find(
+        self, symbols: Sequence[str], step: int, stopped: Callable[[], bool], patience: float
+    ) -> Optional[SearchEnded]:
+        """Searches until there is a plan for all that is within reach, or until told to stop.
+
+        What is left of the plan before stays, if it is still possible, and what is new comes after
+        it.
+
+        Args:
+            symbols: An answer set that shows the task.
+            step: The current step.
+            stopped: Whether the search has to end.
+            patience: For how many seconds of work it improves the plan that it has found; 0 for a
+                moment.
+
+        Returns:
+            How it has ended; None if it takes so long that clingo may look for layers beside it.
+        """
+        self.close()
+        self._shown = 0
+        try:
+            task = self.read(symbols, step)
+            self.show(task)
+            self._attempt = _Attempt(task_of(symbols), task, stopped, patience)
+            ended = self._attempt.begin()
+        except TaskError:  # the search does not know all that an execution does
+            return None
+        except (SearchProcessError, OSError) as err:
+            self.warn(f"plans come from clingo alone, which may take much longer: {err}")
+            return None
+        return SearchEnded(Ended.CALLED) if stopped() else ended
+
+    @property
+    def is_ready(self) -> bool:
+        """Tells whether a search that has taken long has ended; for any thread."""
+        return self._attempt is not None and self._attempt.is_ready
+
+    def take(self) -> Optional[SearchEnded]:
+        """Returns what a search that has taken long has found; None without a plan."""
+        attempt, self._attempt = self._attempt, None
+        with contextlib.suppress(TaskError):
+            return attempt.go_on() if attempt is not None else None
+        return None
+
+    def close(self) -> None:
+        """Ends a search that takes long."""
+        if self._attempt is not None:
+            self._attempt.close()
+            self._attempt = None
+
+    def improve(
+        self, symbols: Sequence[str], step: int, stopped: Callable[[], bool], seconds: float
+    ) -> SearchEnded:
+        """Searches for a better plan than what is left of the one that is followed.
+
+        It ends when told to stop; when there is a better one, after a while; or when it is through.
+
+        Args:
+            symbols: An answer set that shows the task.
+            step: The current step.
+            stopped: Whether the search has to end.
+            seconds: If the plan does not meet all requests: for how many seconds of processor time
+                one that meets more is looked for; else 0.
+
+        Raises:
+            TaskError: What the encoding shows is no task, or a plan is none for it.
+        """
+        number = task_of(symbols)
+        if not number:
+            return SearchEnded(Ended.NOTHING)
+        task = self.read(symbols, step)
+        plan = rest_of_plan(task) if task.left else []
+        if plan is None:
+            return SearchEnded(Ended.NOTHING)
+        before, before_met = found(number, task, plan), task.execute(plan).met
+        if before.missing and seconds:
+            more = _Attempt(number, task, stopped).go_further(plan, seconds)
+            if len(more.plan) == len(plan):  # perhaps what it does first excludes the others
+                more = _Attempt(number, task, stopped).go_further([], seconds, last=before_met)
+            is_better = len(task.execute(more.plan).met) > len(before_met)
+            how = Ended.BETTER if is_better else Ended.AS_BEFORE
+            ended = found(number, task, more.plan if is_better else plan)
+            return replace(ended, how=how, missing=more.missing)
+        better = None if before.missing else self._improve(task, plan, stopped)
+        if better is None:
+            return replace(before, how=Ended.AS_BEFORE)
+        return replace(found(number, task, better), how=Ended.BETTER)
+
+    def _improve(
+        self, task: PlanningTask, plan: List[int], stopped: Callable[[], bool]
+    ) -> Optional[List[int]]:
+        first = 0  # a request that has waited too long is met as soon as by the plan
+        if task.elder in task.requests:
+            first = task.execute(plan).met.get(task.elder, 0)
+        kept = plan[:first]
+        done = task.execute(kept)
+        rest = {s: request for s, request in task.requests.items() if s not in done.met}
+        flat = flatten(replace(task, state=done.state, requests=rest))
+        enough = _SHOWN_SECONDS * 2**self._shown
+        process = SearchProcess(
+            flat,
+            seconds=0.0,
+            improve_seconds=_MOST_WORK * _IMPROVE_SECONDS,
+            improve_evaluations=flat.evaluations(_IMPROVE_SECONDS),
+            bytes=_BYTES,
+            plan=plan[first:],
+        )
+        with contextlib.closing(process):
+            while not (process.has_ended or stopped()):
+                time.sleep(_POLL_SECONDS)
+                if process.plans_found and process.seconds > enough:
+                    break
+            better = process.latest()
+        self._shown += better is not None
+        return None if better is None else [*kept, *better]
+
+
+class _Result(enum.Enum):
+    """How a search for some requests has ended."""
+
+    MET = enum.auto()
+    NO_PLAN = enum.auto()  # which is proven
+    LATE = enum.auto()
+
+
+class _Attempt:
+    """One search for a plan: request by request, if there is no plan for all of them.
+
+    Attributes:
+        plan: The plan until now.
+        missing: How many requests it does not meet, though it is not proven that it has to be so.
+    """
+
+    def __init__(
+        self, number: str, task: PlanningTask, stopped: Callable[[], bool], patience: float = 0.0
+    ) -> None:
+        self._number = number
+        self._task = task
+        self._stopped = stopped
+        self._patience = patience
+        self._news = threading.Event()
+        self._process: Optional[SearchProcess] = None
+        self.plan: List[int] = []
+        self.missing = 0
+
+    def begin(self) -> Optional[SearchEnded]:
+        """Searches alone for a while; returns what it has found, None if it goes on."""
+        rest = rest_of_plan(self._task)
+        result = _Result.NO_PLAN
+        if rest is not None:
+            self.plan = rest
+            result = self._search(self._task.requests)
+        if result is _Result.NO_PLAN:
+            self.plan = []
+            elder = self._task.elder
+            if elder in self._task.requests and self._search([elder]) is _Result.LATE:
+                return None
+            result = self._search(self._task.requests)
+        if result is _Result.LATE:
+            return None
+        if result is _Result.NO_PLAN:
+            self.go_further(rest or [], _ALONE_SECONDS)
+        return found(self._number, self._task, self.plan, missing=self.missing)
+
+    def go_further(self, plan: List[int], seconds: float, last: Container[str] = ()) -> _Attempt:
+        """Adds to a plan what meets further requests, one after the other, as far as possible.
+
+        Args:
+            plan: The plan.
+            seconds: Processor time for each of them, in seconds.
+            last: Requests whose turn comes after that of all others.
+        """
+        self.plan = plan
+        for slot in sorted(self._task.requests, key=lambda slot: slot in last):
+            if self._stopped():
+                break
+            if self._search([slot], seconds) is _Result.LATE:
+                self.close()
+                self.missing += 1
+        return self
+
+    def go_on(self) -> Optional[SearchEnded]:
+        """Takes the result of the search that took long."""
+        is_found = self._take() is _Result.MET
+        return found(self._number, self._task, self.plan) if is_found else None
+
+    @property
+    def is_ready(self) -> bool:
+        process = self._process
+        return process is not None and process.has_ended
+
+    def close(self) -> None:
+        if self._process is not None:
+            self._process.close()
+            self._process = None
+
+    def _search(self, wanted: Iterable[str], seconds: float = _ALONE_SECONDS) -> _Result:
+        """Extends the plan so that it meets some requests; one that is late goes on."""
+        done = self._task.execute(self.plan)
+        missing = {slot: self._task.requests[slot] for slot in wanted if slot not in done.met}
+        if not missing:
+            return _Result.MET
+        flat = flatten(replace(self._task, state=done.state, requests=missing))
+        self._news.clear()
+        patience = self._patience
+        self._process = process = SearchProcess(
+            flat,
+            seconds=_SECONDS,
+            improve_seconds=_MOST_WORK * (patience or 1.0),
+            improve_evaluations=flat.evaluations(patience) if patience else None,
+            bytes=_BYTES,
+            on_news=self._news.set,
+        )
+        while not (process.has_ended or self._stopped()):
+            self._news.wait(_POLL_SECONDS)
+            if process.seconds > seconds and not process.plans_found:
+                return _Result.LATE
+        return self._take()
+
+    def _take(self) -> _Result:
+        process, self._process = self._process, None
+        assert process is not None
+        process.close()
+        more = process.latest()
+        if more is None:
+            is_proven = process.why_ended == SearchEnd.NO_PLAN
+            return _Result.NO_PLAN if is_proven else _Result.LATE
+        self.plan = [*self.plan, *more]
+        return _Result.MET
+
+
+def found(
+    number: str, task: PlanningTask, plan: Sequence[int], *, missing: Optional[int] = None
+) -> SearchEnded:
+    """Returns how a search has ended that has found a plan.
+
+    Args:
+        number: The number of the search.
+        task: Its task.
+        plan: The plan, for all requests or some.
+        missing: How many requests it does not meet, though it is not proven that it has to be so.
+
+    Raises:
+        TaskError: It is none.
+    """
+    done = task.execute(plan)
+    unmet = [slot for slot in task.requests if slot not in done.met]
+    parts = [*_parts(number, task, plan, done.met)]
+    if len(task.requests) > 1:
+        parts += [f"planned({number},{slot})" for slot in unmet]
+    parts += [f"details({number})", f"follow({number})"]
+    symbols = tuple(f"ground({part})" for part in parts)
+    missing = len(unmet) if missing is None else missing
+    return SearchEnded(Ended.FOUND, symbols, Quality((done.cost,)), missing=missing)
+
+
+def _parts(
+    number: str, task: PlanningTask, plan: Sequence[int], met: Mapping[str, int]
+) -> Iterator[str]:
+    for position, chosen in enumerate(plan, 1):
+        action = task.actions[chosen]
+        if action.start:
+            yield f"headed({number},{position},{action.actuator},{action.start},{action.name})"
+        else:
+            yield f"occ({action.actuator},{action.name},{position},{number})"
+    yield from (f"attained({number},{position},{slot})" for slot, position in met.items())

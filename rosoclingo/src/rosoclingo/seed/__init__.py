@@ -1,1 +1,0 @@
-"""A first plan by Fast Downward: the task that it is given, its process, its plan in layers."""

@@ -1,0 +1,180 @@
+"""The planning task as data: how rows are read, what is left out, and what an execution refuses."""
+
+from __future__ import annotations
+
+from typing import List
+
+import pytest
+
+from rosoclingo.engine.reading import TaskReader, plan_rows
+from rosoclingo.engine.rest import rest_of_plan
+from rosoclingo.engine.task import Kind, PlanningTask
+from rosoclingo.engine.ways import WayMap
+from rosoclingo.errors import TaskError
+
+SHOP = [
+    "task_moves(r)",
+    'task_way(a,"|",b,"|",1)', 'task_way(b,"|",a,"|",1)', 'task_way(b,"|",c,"|",3)',
+    'task_drains(r,"|",battery,"|",2)', 'task_reserves(r,"|",battery)',
+    "task_action(r,charge)", 'task_needs(r,charge,"|",at(r),"|",a)',
+    'task_fills(r,charge,"|",battery)',
+    "task_action(r,take)", 'task_needs(r,take,"|",at(r),"|",b)', 'task_needs(r,take,"|",box,"|",b)',
+    'task_sets(r,take,"|",box,"|",r)', 'task_uses(r,take,"|",room,"|",1)',
+    'task_costs(r,take,"|",4)',
+    "task_action(r,put)", 'task_needs(r,put,"|",at(r),"|",a)', 'task_needs(r,put,"|",box,"|",r)',
+    'task_sets(r,put,"|",box,"|",a)', 'task_gives(r,put,"|",room,"|",1)',
+    "task_action(r,sing)", 'task_sets(r,sing,"|",mood,"|",good)',
+]  # fmt: skip
+NOW = [
+    'task_is(at(r),"|",a)', 'task_is(box,"|",b)', 'task_is(battery,"|",10)', 'task_is(room,"|",1)',
+    'task_limit(battery,"|",10)', 'task_limit(room,"|",1)', 'task_wish(1,"|",box,"|",a)',
+]  # fmt: skip
+
+
+def read(*more: str, without: str = "?", step: int = 0, followed: List[str] = []) -> PlanningTask:  # noqa: B006
+    reader = TaskReader()
+    reader.read_facts(row for row in SHOP if without not in row)
+    return reader.read([*(row for row in NOW if without not in row), *more], followed, step)
+
+
+def numbers(task: PlanningTask, *names: str) -> List[int]:
+    """Returns the numbers of actions; a way is called by its two places."""
+    all_names = [f"{one.start}-{one.name}" if one.start else one.name for one in task.actions]
+    return [all_names.index(name) for name in names]
+
+
+def test_a_plan_is_executed() -> None:
+    task = read()
+    done = task.execute(numbers(task, "a-b", "take", "b-a", "put"))
+    assert done.met == {"1": 4}
+    assert done.cost == 1 + 4 + 1 + 1
+    assert done.state.values == {"at(r)": "a", "box": "a"}
+    assert done.state.levels == {"battery": 6, "room": 1}
+
+
+def test_what_is_not_possible_is_named() -> None:
+    task = read()
+    for names, text in (
+        (["take"], r"action 1 of the plan, r: take, is not possible: at\(r\) is a, and not b"),
+        (["a-b", "take", "take"], r"action 3 of the plan, r: take, .*: box is r, and not b"),
+        (["put"], "box is b, and not r"),
+    ):
+        with pytest.raises(TaskError, match=text):
+            task.execute(numbers(task, *names))
+    full = read('task_is(room,"|",0)', without="task_is(room")
+    with pytest.raises(TaskError, match="room is 0, and less than 1"):
+        full.execute(numbers(full, "a-b", "take"))
+
+
+def test_ways_keep_what_is_needed_to_get_to_where_it_refills() -> None:
+    """It takes 2 for each length; c is 3 away from b, and no way leads back from there."""
+    task = read('task_wish(1,"|",at(r),"|",c)')
+    (far,) = numbers(task, "a-c")
+    assert task.actions[far].cost == 4
+    assert (Kind.TAKES, "battery", 8) in task.actions[far].numbers
+    (near,) = numbers(task, "a-b")
+    assert set(task.actions[near].numbers) == {
+        (Kind.TAKES, "battery", 2), (Kind.LEAST, "battery", 4),
+    }  # fmt: skip
+
+
+def test_what_cannot_help_is_left_out() -> None:
+    task = read()
+    assert "sing" not in [one.name for one in task.actions]
+    assert "c" not in [one.name for one in task.actions]
+    assert "sing" in [one.name for one in read('task_wish(2,"|",mood,"|",good)').actions]
+
+
+def test_what_is_out_of_reach_is_hopeless() -> None:
+    assert read('task_wish(2,"|",box,"|",moon)').hopeless == ("2",)
+    assert read('task_closed(a,"|",b)').hopeless == ("1",)
+    assert not read('task_lately(a,"|",b,"|",4)').hopeless
+    assert read('task_lately(a,"|",b,"|",5)', without="reserves").hopeless == ()
+    assert read('task_lately(a,"|",b,"|",6)', without="reserves").hopeless == ("1",)
+    assert read('task_wish(2,"|",battery,"|",least(11))').hopeless == ("2",)
+    assert not read('task_wish(2,"|",battery,"|",most(3))').hopeless
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        'task_uses(r,take,"|",room,"|",2)',  # three in all, and there is room for one
+        'task_uses(r,take,"|",room,"|",x)',
+        'task_least(r,take,"|",room,"|",2)',
+        'task_most(r,take,"|",room,"|",-1)',
+        'task_needs(r,take,"|",box,"|",moon)',
+        'task_sets(r,take,"|",box,"|",moon)',
+        'task_fills(r,take,"|",room)',
+        'task_sets(r,take,"|",battery,"|",11)',
+    ],
+)
+def test_what_can_never_be_done_is_no_action(row: str) -> None:
+    assert read(row).hopeless == ("1",)
+
+
+def test_two_values_are_no_task() -> None:
+    with pytest.raises(TaskError, match="two values"):
+        read('task_is(box,"|",a)')
+
+
+def test_what_is_left_of_a_plan() -> None:
+    shown = [
+        'plan_way(1,"|",r,"|",b,"|",2)', 'plan_act(2,"|",r,take,"|",3)', "do(r,go(b),2)",
+        'plan_way(3,"|",r,"|",a,"|",4)', 'plan_act(4,"|",r,put,"|",5)',
+    ]  # fmt: skip
+    followed = list(plan_rows(shown))
+    assert len(followed) == 4
+    task = read(followed=followed, step=1)
+    assert rest_of_plan(task) == numbers(task, "a-b", "take", "b-a", "put")
+    later = ['task_is(at(r),"|",b)', 'task_is(box,"|",r)', 'task_is(room,"|",0)']
+    reader = TaskReader()
+    reader.read_facts(SHOP)
+    rows = [*later, *NOW[2:3], *NOW[4:]]
+    assert rest_of_plan(reader.read(rows, followed, 3)) is not None
+    again = reader.read(rows, followed, 0)  # to take it once more does not help
+    assert rest_of_plan(again) == numbers(again, "b-a", "put")
+    full = [*NOW[:3], 'task_is(room,"|",0)', *NOW[4:]]
+    assert rest_of_plan(reader.read(full, followed, 1)) is None
+    failed = reader.read([*NOW[:1], *NOW[1:], "task_failed(r,take)"], followed, 3)
+    assert [len(layer) for layer in failed.left] == [1, 1, 1]
+
+
+def test_a_layer_is_put_in_order() -> None:
+    """What reads a value comes before what changes it."""
+    reader = TaskReader()
+    reader.read_facts([
+        "task_action(x,shut)", 'task_sets(x,shut,"|",door,"|",shut)',
+        "task_action(y,leave)", 'task_needs(y,leave,"|",door,"|",open)',
+        'task_sets(y,leave,"|",room,"|",empty)',
+    ])  # fmt: skip
+    rows = ['task_is(door,"|",open)', 'task_is(room,"|",full)', 'task_wish(1,"|",door,"|",shut)',
+            'task_wish(1,"|",room,"|",empty)']  # fmt: skip
+    followed = ['plan_act(1,"|",x,shut,"|",1)', 'plan_act(1,"|",y,leave,"|",1)']
+    task = reader.read(rows, followed)
+    plan = rest_of_plan(task)
+    assert plan is not None
+    assert [task.actions[number].name for number in plan] == ["leave", "shut"]
+
+
+def test_distances_and_reserves() -> None:
+    ways = WayMap({("a", "b"): 2, ("b", "c"): 2, ("a", "c"): 5, ("c", "a"): 1})
+    assert ways.distances("a") == {"a": 0, "b": 2, "c": 4}
+    assert ways.distances("c") == {"c": 0, "a": 1, "b": 3}
+    assert ways.reserves(["a"], 10, [("b", "c")]) == {"a": 0, "c": 10, "b": 10}
+
+
+def test_what_served_a_request_that_is_gone_is_left_out() -> None:
+    """The robot has taken the box, and nobody wants it at a any more, but at b again."""
+    now = ['task_is(at(r),"|",b)', 'task_is(box,"|",r)', 'task_is(battery,"|",8)',
+           'task_is(room,"|",0)', *NOW[4:6]]  # fmt: skip
+    back = ["task_action(r,drop)", 'task_needs(r,drop,"|",at(r),"|",b)',
+            'task_needs(r,drop,"|",box,"|",r)', 'task_sets(r,drop,"|",box,"|",b)']  # fmt: skip
+    followed = ['plan_way(3,"|",r,"|",a,"|",4)', 'plan_act(4,"|",r,put,"|",5)',
+                'plan_act(5,"|",r,sing,"|",6)']  # fmt: skip
+    reader = TaskReader()
+    reader.read_facts([*SHOP, *back])
+    wishes = ['task_wish(1,"|",box,"|",b)', 'task_wish(2,"|",mood,"|",good)']
+    task = reader.read([*now, *wishes], followed, 3)
+    plan = rest_of_plan(task)
+    assert plan is not None
+    assert [task.actions[number].name for number in plan] == ["sing"]

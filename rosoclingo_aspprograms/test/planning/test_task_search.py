@@ -1,0 +1,170 @@
+"""Plans of the search for tasks: what stays, what is repaired, what clingo alone knows, replays."""
+
+from __future__ import annotations
+
+import io
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import List
+
+import pytest
+from episode import DYN_RESET, RECORDING, RESET, SINGLE
+from test_actions import World, write
+
+from rosoclingo.desk import plan
+from rosoclingo.engine import process
+from rosoclingo.engine.process import SearchProcess
+from rosoclingo.errors import SearchProcessError
+from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.planner.task_search import TaskSearch
+from rosoclingo.loop.words import FAILURE
+
+ERRANDS = """
+#include "{actions}".
+#program base.
+place(0..9). way(N,N+1) :- N = 0..8. way(N+1,N) :- N = 0..8.
+robot(a;b). moves(R) :- robot(R). initially(at(R),0) :- robot(R).
+request(visit(N)) :- place(N).
+#program present(k,t).
+own(ID,seen(ID),no,k) :- asked(ID,visit(N),k).
+wants(ID,seen(ID),yes,k) :- asked(ID,visit(N),k).
+action(R,look(ID),k) :- asked(ID,visit(N),k), robot(R).
+needs(R,look(ID),at(R),N,k) :- asked(ID,visit(N),k), robot(R).
+sets(R,look(ID),seen(ID),yes,k) :- asked(ID,visit(N),k), robot(R).
+"""
+APART = """
+#program layer(k,n).
+:- occ(R,look(ID),n,k), occ(S,look(J),n,k), R < S.
+#program moves(k,n).
+:- goes(b,W,n,k).
+"""
+
+
+@pytest.fixture
+def searches(monkeypatch: pytest.MonkeyPatch) -> List[SearchProcess]:
+    """The processes that search for first plans."""
+    begun: List[SearchProcess] = []
+    begin = SearchProcess.__init__
+
+    def note(made: SearchProcess, *arguments: object, **options: object) -> None:
+        if options.get("plan") is None:
+            begun.append(made)
+        begin(made, *arguments, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(SearchProcess, "__init__", note)
+    return begun
+
+
+@pytest.mark.parametrize("mode", [RECORDING, RESET, DYN_RESET, SINGLE])
+def test_one_search_is_enough(mode: str, tmp_path: Path, searches: List[SearchProcess]) -> None:
+    """Also where the state becomes the initial one each time that a goal has ended."""
+    world = World(mode, [write(tmp_path, ERRANDS)], ["-c", "slots=4"])
+    goals = [world.request(f"visit({n})") for n in (3, 5, 7, 9)]
+    assert world.run() is None
+    assert {goal.words[-1] for goal in goals} == {"succeeded"}
+    if mode != RECORDING:  # which is told one goal after the other
+        assert len(searches) == 1
+
+
+def test_a_failure_is_repaired_without_a_search(
+    tmp_path: Path, searches: List[SearchProcess]
+) -> None:
+    world = World(DYN_RESET, [write(tmp_path, ERRANDS)])
+    goal = world.request("visit(3)")
+    turn, failed = world.turn, []
+
+    def fail_once() -> bool:
+        looking = [r for r, action in world.acting.items() if action.startswith("look")]
+        if looking and not failed:
+            failed.append(world.answer(looking[0], FAILURE))
+            return True
+        return turn()
+
+    world.turn = fail_once  # type: ignore[method-assign]
+    assert world.run() is None
+    assert failed
+    assert goal.words[-1] == "succeeded"
+    assert len(searches) == 1
+
+
+def test_a_new_request_comes_after_what_is_left(
+    tmp_path: Path, searches: List[SearchProcess]
+) -> None:
+    """The search for it begins where the plan before ends."""
+    world = World(DYN_RESET, [write(tmp_path, ERRANDS)])
+    world.improves = False
+    first = world.request("visit(9)")
+    turn, later = world.turn, []
+
+    def ask_later() -> bool:
+        if world.elapsed > 2 and not later:
+            later.append(world.request("visit(1)"))
+            return True
+        return turn()
+
+    world.turn = ask_later  # type: ignore[method-assign]
+    assert world.run() is None
+    assert [first.words[-1], later[0].words[-1]] == ["succeeded", "succeeded"]
+    assert len(searches) == 2
+
+
+def test_an_encoding_with_constraints_of_its_own_is_for_clingo(
+    tmp_path: Path, searches: List[SearchProcess]
+) -> None:
+    file = write(tmp_path, ERRANDS)
+    own = tmp_path / "own.lp"
+    own.write_text(APART)
+    world = World(DYN_RESET, [file, str(own)])
+    goals = [world.request(f"visit({n})") for n in (2, 4)]
+    assert world.run() is None
+    assert {goal.words[-1] for goal in goals} == {"succeeded"}
+    assert not searches
+    assert {robot for robot, action in world.published if action.startswith("go")} == {"a"}
+
+
+def test_what_takes_long_is_left_to_clingo_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A process that ends without a plan costs nothing but its time."""
+    monkeypatch.setattr(TaskSearch, "find", lambda *_: None)
+    world = World(DYN_RESET, [write(tmp_path, ERRANDS)])
+    goal = world.request("visit(3)")
+    assert world.run() is None
+    assert goal.words[-1] == "succeeded"
+    assert Ended.LAYERED in [
+        entry.event.how for entry in world.journal if isinstance(entry.event, SearchEnded)
+    ]
+
+
+def test_the_task_is_printed(tmp_path: Path) -> None:
+    said = io.StringIO()
+    with redirect_stdout(said):
+        status = plan.run(
+            ["--mode", DYN_RESET, "--task", "--goal", "visit(2)", write(tmp_path, ERRANDS)]
+        )
+    assert status == 0
+    lines = said.getvalue().splitlines()
+    assert "at(a) is 0" in lines
+    assert "request 1 wants seen(1) = yes" in lines
+    assert "a: 0 -> 2, cost 2" in lines
+    assert lines.index("a: look(1), cost 1") < next(
+        number for number, line in enumerate(lines) if line.startswith("plan: ")
+    )
+
+
+def test_a_search_that_cannot_be_started_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Then clingo plans alone."""
+
+    def refuse() -> List[str]:
+        raise SearchProcessError("it is not compiled: build the workspace")
+
+    monkeypatch.setattr(process, "_command", refuse)
+    world = World(DYN_RESET, [write(tmp_path, ERRANDS)])
+    goals = [world.request(f"visit({n})") for n in (3, 5)]
+    assert world.run() is None
+    assert {goal.words[-1] for goal in goals} == {"succeeded"}
+    said = [text for text in world.warnings if "plans come from clingo alone" in text]
+    assert len(said) == 1
+    assert "build the workspace" in said[0]
