@@ -12,7 +12,7 @@ The folder of the tasks has folders with ``domain.pddl`` (or ``NAME-domain.pddl`
 is an argument, or in the environment as PDDL_TASKS; without it, nothing is measured. One half of
 the tasks for which the limits were set, drawn by lot, was not looked at while the planner was
 built, and has a row of its own. Exit status 1 says that a limit is missed, or that a plan is not
-valid. With ``--execute``, nothing is measured: plans are executed, actions fail by chance, and each
+valid. With ``--execute``, nothing is measured: plans are executed, actions fail at random, and each
 one that succeeds is validated. With ``--lengths``, it is measured how many actions a plan has ten
 seconds after the goal has come, with ``~patience``, beside LAMA's plan after ten seconds, and what
 the optimal plan costs, if A* finds it within a minute.

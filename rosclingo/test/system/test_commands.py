@@ -395,7 +395,7 @@ def test_a_node_that_shuts_down_is_lost(terminals: Terminals) -> None:
 
 
 def test_a_node_that_shuts_down_refuses_without_a_warning(terminals: Terminals) -> None:
-    """The client is told, and nobody has to do anything."""
+    """The client is told, and no operator is needed."""
     node = terminals.start("python", "-c", ENDING)
     assert node.wait() == 0
     assert "the node is shutting down" in node.output

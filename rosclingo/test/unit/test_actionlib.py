@@ -324,7 +324,7 @@ def failing(topics: object, monkeypatch: pytest.MonkeyPatch) -> Failing:
 
 
 def test_goals_end_with_the_error_of_the_application(failing: Failing) -> None:
-    """What it has not accepted is rejected, and what comes afterwards is taken."""
+    """Goals that it has not accepted are rejected, and later ones are taken."""
     failing.server._rejected = msg.TestResult(9)
     with failing.server.lock:  # so that they come together
         failing.send("good", "bad", "other")

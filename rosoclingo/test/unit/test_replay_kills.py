@@ -68,7 +68,7 @@ class Life(Environment):
         self.inbox = ReplayInbox(replayed.schedule.dues)
         self.store = Store(replayed.file)
         self.goals: Dict[str, Goal] = {}
-        self.error: Optional[BaseException] = None
+        self.error: Optional[Exception] = None
         self._replayed = replayed
         self._loop = replayed.runs.make(self.store)(self.inbox, self)
         stored = self.inbox.durability
@@ -90,7 +90,7 @@ class Life(Environment):
             self._loop.run()
         except Crash:
             pass
-        except BaseException as err:
+        except Exception as err:
             self.error = err
         self.store.close()
 
@@ -110,6 +110,7 @@ class Replayed:
         self.kills: List[str] = []
         self._lock = threading.Lock()
         self._is_killed = False  # the loop, and another one does not live yet
+        self._noted = threading.Event()  # an event, since something was looked for to be sent
 
     def note(self, life: Life, entry: Entry) -> None:
         """Takes an event, in the life's thread; kills nodes as the player does."""
@@ -117,6 +118,7 @@ class Replayed:
             if entry.number <= len(self.entries):
                 return  # which another life has told
             self.entries.append(entry)
+            self._noted.set()
             now = time.monotonic()
             self.exact.see(entry, now)
             node = self.schedule.see(entry.event)
@@ -151,7 +153,8 @@ class Replayed:
                     planned = self.exact.due(now)
                     assert self.exact.is_exact, about
                 if planned is None:
-                    time.sleep(0.001)
+                    self._noted.wait(0.001)  # or for the time at which something is due
+                    self._noted.clear()
                     continue
                 self._send(life, planned.event)
         finally:

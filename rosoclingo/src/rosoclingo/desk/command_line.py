@@ -94,8 +94,8 @@ def make_parser() -> OptionParser:
     add("--most-steps", type=int, default=1000, metavar="N", help="when the simulation ends")
     add("--commands", action="store_true", help="also tell each command of the mode")
     add("--task", action="store_true",
-        help="also print the planning task: what there is, what is wanted, and what can be done; "
-        "for encodings with lib/actions.lp")  # fmt: skip
+        help="also print the planning task: the state, the requests and all actions; for "
+        "encodings with lib/actions.lp")  # fmt: skip
     add("--abort-unreachable", action="store_true",
         help="a goal without a plan ends alone, and not all with the loop")  # fmt: skip
     add("--patience", type=number_type(), default=DEFAULT_PATIENCE, metavar="S",

@@ -28,7 +28,7 @@ BUSY_FACTOR = 4
 
 
 class _Roles:
-    """What an action, or a request that becomes met, has to do with variables and numbers.
+    """The variables and numbers that an action, or a request that becomes met, reads or changes.
 
     Attributes:
         reads: Variables whose values matter.

@@ -156,7 +156,7 @@ class SearchProcess:
 
     @property
     def has_ended(self) -> bool:
-        """Whether the process has ended, with or without a plan."""
+        """True once the process has ended, with or without a plan."""
         return self._is_gone
 
     @property

@@ -1,4 +1,4 @@
-"""Finds out what of a task may be reached, and what of that may help."""
+"""Finds the part of a task that can be reached and may help."""
 
 from __future__ import annotations
 
@@ -39,10 +39,12 @@ class Relevance:
                 self._spots[fact[0]][fact[1]] = None
         self._reached: Dict[TaskFact, None] = {}
         self._possible = self._find_possible(actions)
+        self._reached_of: DefaultDict[str, List[TaskFact]] = defaultdict(list)  # by variable
+        for fact in self._reached:
+            self._reached_of[fact[0]].append(fact)
         self.hopeless = {
             slot for slot, request in requests.items() if not self._is_reached(request)
         }
-        self._useful: Dict[TaskFact, None] = {}
         self.actions = self._find_helpful()
 
     def _robot(self, variable: str) -> str:
@@ -150,7 +152,7 @@ class Relevance:
                 new.append(what)
 
         def want_values(variable: str, without: str = "") -> None:
-            for fact in self._of(variable):
+            for fact in self._reached_of[variable]:
                 if fact[1] != without:
                     want(fact)
 
@@ -186,17 +188,8 @@ class Relevance:
                         want((name, True))
                     elif kind in (Kind.ADDS, Kind.MOST):
                         want((name, False))
-        self._useful = {fact: None for fact in self._reached if fact in known}
         ordered = [action for action in self._possible if id(action) in helpful]
         return [*ordered, *self._ways(ordered, sorted(robots))]
-
-    def _of(self, variable: str) -> List[TaskFact]:
-        """Returns the facts about a variable that are reached."""
-        if not hasattr(self, "_by_variable"):
-            self._by_variable: DefaultDict[str, List[TaskFact]] = defaultdict(list)
-            for fact in self._reached:
-                self._by_variable[fact[0]].append(fact)
-        return self._by_variable[variable]
 
     def _ways(self, actions: Sequence[TaskAction], robots: Sequence[str]) -> Iterable[TaskAction]:
         """Yields the ways of robots to where something may be done."""

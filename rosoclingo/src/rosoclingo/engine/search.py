@@ -204,7 +204,7 @@ class Search:
     distances: cython.p_longlong
     distances_room: cython.int
     is_exhausted = cython.declare(cython.bint, visibility="readonly")
-    """Whether the last :meth:`find_within` has shown that there is no such way."""
+    """True if the last :meth:`find_within` has proven that no such plan exists."""
     steps: cython.int
 
     def __init__(self, task: tuple, stop) -> None:

@@ -1,4 +1,4 @@
-"""The planning task of a search as data: what can be done, what there is now, and what is wanted.
+"""The planning task of a search as data: actions, the present state, and requests.
 
 A plan for it is a sequence of numbers of actions; :meth:`PlanningTask.execute` does them in that
 order and says what is wrong if one of them is not possible.
@@ -10,6 +10,7 @@ import enum
 from dataclasses import dataclass
 from typing import Dict, Iterator, List, Mapping, Sequence, Tuple
 
+from rosoclingo.engine import kinds
 from rosoclingo.errors import TaskError
 
 TaskFact = Tuple[str, str]
@@ -17,13 +18,13 @@ TaskFact = Tuple[str, str]
 
 
 class Kind(enum.IntEnum):
-    """How an action treats a number. All conditions hold for the level before it."""
+    """The ways in which an action treats a number, see :mod:`rosoclingo.engine.kinds`."""
 
-    TAKES = 0  # so much, which has to be there
-    ADDS = 1  # so much, for which there has to be room
-    BECOMES = 2
-    LEAST = 3  # it needs so much at least
-    MOST = 4  # it needs so much at most
+    TAKES = kinds.TAKES
+    ADDS = kinds.ADDS
+    BECOMES = kinds.BECOMES
+    LEAST = kinds.NEEDS_LEAST
+    MOST = kinds.NEEDS_MOST
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class TaskAction:
 
 @dataclass(frozen=True)
 class TaskRequest:
-    """What a request wants: values of variables, and bounds of numbers, at the same time.
+    """A request: values of variables and bounds of numbers that are to hold at the same time.
 
     Attributes:
         values: The values.
@@ -82,7 +83,7 @@ class TaskRequest:
 
 @dataclass
 class TaskState:
-    """What there is at some time.
+    """The values of variables and the levels of numbers at some time.
 
     Attributes:
         values: The values of variables; a variable without one is unknown.
@@ -95,7 +96,7 @@ class TaskState:
 
 @dataclass(frozen=True)
 class Executed:
-    """What a plan leads to.
+    """The result of executing a plan.
 
     Attributes:
         state: What there is after it.

@@ -103,7 +103,7 @@ def take_back(state: State) -> None:
 
 
 def _is_all_held(state: State) -> bool:
-    """Whether holding actions is all that has happened in the current step."""
+    """True if nothing but holding actions has happened in the current step."""
     of_step = [one for one in state.executions.ordered if one.acts]
     if not all(one.is_held and one.is_open and not one.goes_on for one in of_step):
         return False

@@ -201,7 +201,7 @@ class Outbox(Environment):
 
     @property
     def is_urgent(self) -> bool:
-        """Whether a client, an actuator or an operator waits for an effect that is held.
+        """True if a client, an actuator or an operator waits for an effect that is held.
 
         An operator decides about actions by their tokens, which are those of the committed state.
         """

@@ -31,7 +31,7 @@ class WhyNoPlan:
 
     @property
     def is_finished(self) -> bool:
-        """Whether more time would not improve the reason."""
+        """True if more time would not improve the reason."""
         return self.reason is None or self.reason.is_finished
 
 
@@ -59,7 +59,7 @@ class WhyGoal:
 
     @property
     def is_finished(self) -> bool:
-        """Whether more time would not improve the reason."""
+        """True if more time would not improve the reason."""
         return self.no_plan is None or self.no_plan.is_finished
 
 

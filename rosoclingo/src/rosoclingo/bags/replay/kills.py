@@ -1,4 +1,4 @@
-"""Which node a replay kills when, and what the loop is to take that starts then. Needs no ROS."""
+"""Schedules the kills of a replay, and what the loop takes that starts after one, without ROS."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ of searching.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from typing import Any, Callable, List, Optional, Sequence, Tuple
 
@@ -228,17 +229,24 @@ class Searching:
         """
         ended = self.recorded.search_due(Ended.LAYERED, Ended.CALLED, number=number)
         if ended is None:
-            same = self._same() if compares else None
-            ended = self._layered.find(wanted, lambda: stopped() or self.tasks.is_ready, same=same)
-            if ended.how is Ended.CALLED and not stopped():
-                ended = self.tasks.take() or self._layered.find(wanted, stopped, same=same)
-            self.tasks.close()
+            with contextlib.closing(self.tasks):
+                ended = self._find_beside_tasks(wanted, stopped, compares=compares)
         elif ended.how is Ended.LAYERED:
             self._layered.take(wanted, ended)
         if ended.how is Ended.FOUND:
             self.note(dataclasses.replace(ended, round=number))
         elif ended.how is not Ended.CALLED:
             self.note(dataclasses.replace(ended, symbols=(), quality=None, round=number))
+        return ended
+
+    def _find_beside_tasks(
+        self, wanted: WantedLayers, stopped: Callable[[], bool], *, compares: bool
+    ) -> SearchEnded:
+        """Finds layers, or takes the plan of the search for the task, whichever is first."""
+        same = self._same() if compares else None
+        ended = self._layered.find(wanted, lambda: stopped() or self.tasks.is_ready, same=same)
+        if ended.how is Ended.CALLED and not stopped():
+            ended = self.tasks.take() or self._layered.find(wanted, stopped, same=same)
         return ended
 
     def _find_for_task(

@@ -107,7 +107,9 @@ class TaskSearch:
         if self._reader.has_facts:
             return
         self.run(ground([wire.Part(_FACTS)]), wire.AssignExternal(_SHOWING, wire.Truth.TRUE))
-        self._reader.read_facts(self.solver.solve().symbols)
+        outcome = self.solver.solve()
+        if outcome.result is wire.Result.SAT:
+            self._reader.read_facts(outcome.symbols)
         self.run(wire.AssignExternal(_SHOWING, wire.Truth.FALSE))
 
     def follow(self, symbols: Sequence[str]) -> None:
@@ -138,6 +140,8 @@ class TaskSearch:
         """
         self.close()
         self._shown = 0
+        if not self._reader.has_facts:  # base alone has no answer set
+            return None
         try:
             task = self.read(symbols, step)
             self.show(task)
@@ -148,7 +152,10 @@ class TaskSearch:
         except (SearchProcessError, OSError) as err:
             self.warn(f"plans come from clingo alone, which may take much longer: {err}")
             return None
-        return SearchEnded(Ended.CALLED) if stopped() else ended
+        if stopped():
+            self.close()
+            return SearchEnded(Ended.CALLED)
+        return ended
 
     @property
     def is_ready(self) -> bool:
@@ -244,7 +251,7 @@ class _Result(enum.Enum):
 
 
 class _Attempt:
-    """One search for a plan: request by request, if there is no plan for all of them.
+    """Searches for one plan: request by request if no plan meets all of them.
 
     Attributes:
         plan: The plan until now.
