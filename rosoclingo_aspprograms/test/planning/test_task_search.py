@@ -16,6 +16,7 @@ from rosoclingo.engine import process
 from rosoclingo.engine.process import SearchProcess
 from rosoclingo.errors import SearchProcessError
 from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.planner import task_search
 from rosoclingo.loop.planner.task_search import TaskSearch
 from rosoclingo.loop.words import FAILURE
 
@@ -168,3 +169,18 @@ def test_a_search_that_cannot_be_started_is_told(
     said = [text for text in world.warnings if "plans come from clingo alone" in text]
     assert len(said) == 1
     assert "build the workspace" in said[0]
+
+
+def test_clingo_looks_for_layers_beside_a_search_that_is_late(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, searches: List[SearchProcess]
+) -> None:
+    """Whichever finds a plan first ends the other."""
+    monkeypatch.setattr(task_search, "_ALONE_SECONDS", -1.0)
+    world = World(DYN_RESET, [write(tmp_path, ERRANDS)])
+    goals = [world.request(f"visit({n})") for n in (3, 5)]
+    assert world.run() is None
+    assert {goal.words[-1] for goal in goals} == {"succeeded"}
+    assert searches
+    assert all(process.has_ended for process in searches)
+    ended = {one.event.how for one in world.journal if isinstance(one.event, SearchEnded)}
+    assert ended & {Ended.FOUND, Ended.LAYERED}
