@@ -133,15 +133,21 @@ def after(task: FlatTask, moment: Moment, action: FlatAction) -> Optional[Moment
     return meet(task, Moment(tuple(values), tuple(levels), moment.met))
 
 
-def run(task: FlatTask, plan: Sequence[int]) -> Optional[List[Moment]]:
-    """Returns what holds at first and after each action; None if that is no plan."""
+def execute(task: FlatTask, plan: Sequence[int]) -> Optional[List[Moment]]:
+    """Returns what holds at first and after each action; None if one of them is not possible."""
     moments = [begin(task)]
     for index in plan:
         moment = after(task, moments[-1], task.actions[index])
         if moment is None:
             return None
         moments.append(moment)
-    return moments if all(moments[-1].met) else None
+    return moments
+
+
+def run(task: FlatTask, plan: Sequence[int]) -> Optional[List[Moment]]:
+    """Returns what holds at first and after each action; None if that is no plan for all."""
+    moments = execute(task, plan)
+    return moments if moments and all(moments[-1].met) else None
 
 
 def has_plan(task: FlatTask) -> bool:

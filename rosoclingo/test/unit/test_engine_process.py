@@ -11,6 +11,7 @@ from typing import Callable, List
 
 import pytest
 
+from rosoclingo.engine import process as engine_process
 from rosoclingo.engine.flat import FlatAction, FlatTask
 from rosoclingo.engine.kinds import ADDS, TAKES
 from rosoclingo.engine.process import SearchProcess
@@ -81,6 +82,18 @@ def test_no_requests_are_met_by_an_empty_plan() -> None:
 def test_a_task_without_a_plan_is_told_as_such() -> None:
     process = ended(counters(2, 3))
     assert (process.latest(), process.why_ended) == (None, SearchEnd.NO_PLAN)
+
+
+@pytest.mark.costly
+def test_a_plan_for_some_requests_is_told_while_one_for_all_is_searched_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(engine_process, "_MOMENT_SECONDS", 0.02)
+    task = counters(12, 3)
+    task.requests.append(([], [(1, 4, 4)]))
+    process = ended(task, seconds=1.5)
+    assert (process.latest(), process.why_ended) == (None, SearchEnd.OUT_OF_TIME)
+    assert process.partial == (2, 2)
 
 
 def test_processor_time_ends() -> None:

@@ -63,6 +63,22 @@ def test_a_plan_is_found_if_and_only_if_there_is_one(seed: int) -> None:
     assert plan is None or judge.run(task, plan)
 
 
+def test_requests_are_searched_for_one_by_one_if_all_take_long() -> None:
+    """Whether that meets all or only some of them, a search for all can follow."""
+    number_whole = number_partial = 0
+    for task in solvable_tasks(DRAWS, 2, 20):
+        search = Search(tuple(task), Countdown(10**6))
+        plan, is_whole = search.find_soon(4)
+        moments = judge.execute(task, plan)
+        assert moments
+        assert is_whole == all(moments[-1].met) or len(task.requests) == 1
+        number_whole += is_whole
+        number_partial += bool(plan) and not is_whole
+        assert judge.run(task, plan if is_whole else search.find())
+    assert number_whole
+    assert number_partial
+
+
 @pytest.mark.parametrize("actors", [1, 2, 3])
 def test_improved_plans_are_valid_and_each_better_than_the_one_before(actors: int) -> None:
     number_improved = 0

@@ -33,6 +33,22 @@ action(R,look(ID),k) :- asked(ID,visit(N),k), robot(R).
 needs(R,look(ID),at(R),N,k) :- asked(ID,visit(N),k), robot(R).
 sets(R,look(ID),seen(ID),yes,k) :- asked(ID,visit(N),k), robot(R).
 """
+LETTERS = """
+#include "{actions}".
+#program base.
+robot(press). dial(1..10).
+number(paper,1). initially(paper,1).
+initially(dial(D),0) :- dial(D). initially(letter(a;b),no).
+request(letter(a;b)). request(dials).
+wants(letter(L),letter(L),yes) :- request(letter(L)).
+wants(dials,dial(D),2) :- dial(D).
+action(press,print(L)) :- request(letter(L)).
+uses(press,print(L),paper,1) :- request(letter(L)).
+sets(press,print(L),letter(L),yes) :- request(letter(L)).
+action(press,turn(D,N)) :- dial(D), N = 0..3.
+needs(press,turn(D,N),dial(D),N) :- dial(D), N = 0..3.
+sets(press,turn(D,N),dial(D),(N+1)\\4) :- dial(D), N = 0..3.
+"""
 APART = """
 #program layer(k,n).
 :- occ(R,look(ID),n,k), occ(S,look(J),n,k), R < S.
@@ -184,3 +200,21 @@ def test_clingo_looks_for_layers_beside_a_search_that_is_late(
     assert all(process.has_ended for process in searches)
     ended = {one.event.how for one in world.journal if isinstance(one.event, SearchEnded)}
     assert ended & {Ended.FOUND, Ended.LAYERED}
+
+
+@pytest.mark.costly
+def test_requests_are_met_while_others_are_searched_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One paper is left, which is enough for one letter, and the dials have a million positions."""
+    monkeypatch.setattr(process, "_MOMENT_SECONDS", 0.01)
+    monkeypatch.setattr(task_search, "_ALONE_SECONDS", 0.3)
+    world = World(DYN_RESET, [write(tmp_path, LETTERS)])
+    goals = [world.request(text) for text in ("letter(a)", "dials", "letter(b)")]
+    for _ in range(200):
+        ended = [goal for goal in goals if goal.words[-1:] == ["succeeded"]]
+        if len(ended) == 2:
+            break
+        assert world.step() is None
+    assert goals[1] in ended
+    assert len(ended) == 2

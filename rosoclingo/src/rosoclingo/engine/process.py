@@ -10,7 +10,7 @@ import sys
 import threading
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Callable, List, Optional, Sequence, Union
+from typing import Callable, List, Optional, Sequence, Tuple, Union
 
 from rosoclingo import engine
 from rosoclingo.engine.flat import FlatTask
@@ -41,7 +41,7 @@ def _command() -> List[str]:
     return [sys.executable, "-I", "-S", _WORKER, str(os.getpid()), cython, *engine.__path__]
 
 
-def _read(read: Callable[[int], bytes]) -> Union[str, List[int]]:
+def _read(read: Callable[[int], bytes]) -> Union[str, List[int], Tuple[int, ...]]:
     """Reads a record; :attr:`SearchEnd.LOST` after the last one, if that is not the reason."""
     size = int.from_bytes(read(LENGTH_BYTES), "little")
     data = read(size)
@@ -87,6 +87,7 @@ class SearchProcess:
         self._on_news = on_news
         self._lock = threading.Lock()
         self._plans: List[List[int]] = []
+        self._partial: Tuple[int, ...] = ()
         self._why_ended = ""
         self._is_closing = False
         self._is_gone = False
@@ -126,6 +127,8 @@ class SearchProcess:
                 record = _read(stdout.read)
                 if isinstance(record, str):
                     reason = record
+                elif isinstance(record, tuple):
+                    self._partial = record
                 else:
                     with self._lock:
                         self._plans.append(record)
@@ -176,6 +179,11 @@ class SearchProcess:
         """Returns the indices of the best plan's actions; None without a plan."""
         with self._lock:
             return list(self._plans[-1]) if self._plans else None
+
+    @property
+    def partial(self) -> Tuple[int, ...]:
+        """A plan that meets some of the requests, found before one for all; empty without one."""
+        return self._partial
 
     @property
     def seconds(self) -> float:

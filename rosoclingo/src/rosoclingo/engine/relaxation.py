@@ -508,6 +508,15 @@ class RelaxedTask:
                 self.prefer_others(goal)
         return estimate
 
+    def nearest(self, requests: list) -> list:
+        """Returns requests in the order of what they cost in the state that was evaluated."""
+        i: cython.int
+        costs: dict = {}
+        for request in requests:
+            i = self.facts.met[request]
+            costs[request] = self.fact_costs[i]
+        return sorted(requests, key=costs.__getitem__)
+
     @cython.cfunc
     @cython.inline
     @cython.exceptval(check=False)

@@ -20,6 +20,7 @@ from rosoclingo.engine.states import States
 _FIRST_ROOM = 1024
 BOOST = cython.declare(cython.int, 1000)
 WINDOW_BOOST = cython.declare(cython.int, 100)
+NEAREST = cython.declare(cython.int, 3)  # requests that are tried before those further away
 STEPS_PER_CHECK = cython.declare(cython.int, 15)  # one less than a power of 2
 MOST_LOAD = cython.declare(cython.longlong, (1 << 31) - 1)
 LOAD_BITS = cython.declare(cython.int, 31)
@@ -180,12 +181,16 @@ class Search:
     loads: cython.p_int  # what each action adds to the load of its actor
     costs: cython.p_int
     actors_size: cython.int
+    loads_before: cython.p_longlong  # of each actor, where the search begins
     loads_of: cython.p_longlong  # of each actor, before the state in hand
     applicable: cython.p_int
     preferred: cython.p_int
     sizes: cython.p_int
     first_request: cython.int
     is_preferred: cython.p_int
+    requests_size: cython.int
+    request: cython.int  # which the search is for; -1 for all
+    state: cython.p_int
     by_estimate: Heap
     preferred_by_estimate: Heap
     by_unmet: Heap
@@ -221,6 +226,9 @@ class Search:
         self.states = States(task)
         self.relaxation = RelaxedTask(task, self.states.state)
         self.first_request = len(task[0]) + len(task[2])
+        self.requests_size = len(task[4])
+        self.request = -1
+        self.state = ints(self.states.state)
         self.owned = [array("i", [action[5] for action in actions] + [0])]
         self.actors = ints(self.owned[0])
         self.owned.append(array("i", [max(1, action[4]) for action in actions] + [0]))
@@ -233,6 +241,8 @@ class Search:
         self.loads_of = longs(self.owned[3])
         self.owned.append(array("i", [0] * (len(actions) + 1)))
         self.is_preferred = ints(self.owned[4])
+        self.owned.append(array("q", [0] * (self.actors_size + 1)))
+        self.loads_before = longs(self.owned[5])
         self.applicable = ints(self.relaxation.applicable)
         self.preferred = ints(self.relaxation.preferred)
         self.sizes = ints(self.relaxation.sizes)
@@ -284,7 +294,7 @@ class Search:
         """Adds up what each actor has done until a state."""
         i: cython.int
         for i in range(self.actors_size):
-            self.loads_of[i] = 0
+            self.loads_of[i] = self.loads_before[i]
         links: tuple = self.states.links()
         parents: cython.p_int = ints(links[0])
         by: cython.p_int = ints(links[1])
@@ -311,7 +321,7 @@ class Search:
         self.items_size = 0
 
     def find(self):
-        """Searches from the initial state.
+        """Searches from the initial state for a plan that meets all requests.
 
         Returns:
             A plan, as a list of indices of actions, or None: no plan exists.
@@ -320,18 +330,93 @@ class Search:
             OutOfTimeError: It was told to stop.
             MemoryError: There is no room for more states.
         """
+        return self.search(-1)
+
+    def find_soon(self, evaluations: int) -> tuple:
+        """Searches from the initial state for a plan that meets all requests, or some of them.
+
+        If that takes long, one request after the other is searched for: the nearest one, then that
+        which is nearest from there, and so on. A search for all is long where much can be done that
+        does not help the next one. It may end where nothing is found for those that are nearest.
+
+        Args:
+            evaluations: The most states that it looks at for all, and then for each of them.
+
+        Returns:
+            A plan, None if none exists; and whether it meets all requests, or none exists.
+
+        Raises:
+            OutOfTimeError: It was told to stop.
+            MemoryError: There is no room for more states.
+        """
+        if self.requests_size == 1:
+            return [], False
+        begin = array("i", self.states.state)
+        plan = self.search(evaluations)
+        if plan is not None or self.is_exhausted:
+            return plan, True
+        self.states.restart(begin)
+        plan = self.find_one_by_one(evaluations)
+        is_whole = self.states.unmet_wishes() == 0
+        self.states.restart(begin)
+        self.relaxation.set_goals([], list(range(self.requests_size)))
+        return plan, is_whole
+
+    def find_one_by_one(self, evaluations: int) -> list:
+        """Searches from the current state, and stays where the plan ends."""
+        states = self.states
+        i: cython.int
+        actor: cython.int
+        plan: list = []
+        while True:
+            left = [i for i in range(self.requests_size) if not self.is_met(i)]
+            if not left:
+                return plan
+            self.relaxation.set_goals([], left)
+            self.relaxation.evaluate()
+            begin = array("i", states.state)
+            for request in self.relaxation.nearest(left)[:NEAREST]:
+                self.relaxation.set_goals([], [request])
+                self.request = request
+                part = self.search(evaluations)
+                self.request = -1
+                if part is not None:
+                    break
+                states.restart(begin)
+            else:
+                return plan
+            plan += part
+            for i in part:
+                actor = self.actors[i]
+                if actor >= 0:
+                    self.loads_before[actor] += self.loads[i]
+            states.restart(states.state)
+
+    def search(self, evaluations: int):
+        """Searches from the current state, and stays where the plan ends.
+
+        Args:
+            evaluations: The most states that it looks at; any number if negative.
+        """
         queue: Heap
         estimate: cython.longlong
         unmet: cython.longlong
         least_estimate: cython.longlong = MOST_LOAD
         least_unmet: cython.longlong = MOST_LOAD
+        left: cython.longlong = evaluations
         state: cython.int = 0
         item: cython.int
         self.clear()
+        self.is_exhausted = False
         while True:
             unmet = self.states.unmet_wishes()
             if unmet == 0:
                 return self.states.path(state)
+            if self.request >= 0 and self.is_met(self.request):
+                return self.states.path(state)
+            if left == 0:
+                return None
+            left -= 1
             estimate = self.relaxation.evaluate()
             self.evaluations += 1
             if estimate >= 0:
@@ -347,10 +432,16 @@ class Search:
                 self.check()
                 queue = self.choose()
                 if queue.size == 0:
+                    self.is_exhausted = True
                     return None
                 queue.turns += 1
                 item = queue.pop()
                 state = self.states.expand(self.item_states[item], self.item_actions[item])
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def is_met(self, request: cython.int) -> cython.bint:
+        return self.state[self.first_request + request] != 0
 
     @cython.cfunc
     @cython.exceptval(check=False)

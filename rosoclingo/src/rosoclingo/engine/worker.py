@@ -12,11 +12,12 @@ Standard input has ``(task, options)``, marshalled, where the task is the tuple 
 search for a first plan, and ``improve_seconds``, that of the search for better ones; ``plan``, one
 that is known, so that only better ones are searched for, else None; and ``improve_evaluations``,
 how many states that search may look at; None for as many as the search for the first plan, if these
-are at most ``moment``, and else for none.
+are at most ``moment``, and else for none. After ``moment`` states, a search for all requests is
+interrupted by one for one after the other.
 
 Standard output has records, each with its length before it, in four bytes with the lowest first. A
-record is a marshalled list of the indices of a plan's actions; the last one is the reason for the
-end.
+record is a marshalled list of the indices of a plan's actions, or a tuple of them if it meets only
+some requests; the last one is the reason for the end.
 """
 
 import sys
@@ -78,7 +79,11 @@ def search(task: tuple, options: dict, parent: int) -> str:
         plan, most = options["plan"], options["improve_evaluations"]
         if plan is None:
             first = Search(task, Limit(parent, options["seconds"]))
-            plan = first.find()
+            plan, is_whole = first.find_soon(options["moment"])
+            if not is_whole:
+                if plan:
+                    write(tuple(plan))
+                plan = first.find()
             if plan is None:
                 return SearchEnd.NO_PLAN
             write(plan)

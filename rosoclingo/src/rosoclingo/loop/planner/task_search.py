@@ -276,15 +276,18 @@ class _Attempt:
         result = _Result.NO_PLAN
         if rest is not None:
             self.plan = rest
-            result = self._search(self._task.requests)
+            result = self._search(self._task.requests, _ALONE_SECONDS)
         if result is _Result.NO_PLAN:
             self.plan = []
-            elder = self._task.elder
-            if elder in self._task.requests and self._search([elder]) is _Result.LATE:
-                return None
-            result = self._search(self._task.requests)
+            if self._task.elder in self._task.requests:
+                self._search([self._task.elder], _ALONE_SECONDS)
+                self.close()  # if that is late, the others need not wait, too
+            result = self._search(self._task.requests, _ALONE_SECONDS)
         if result is _Result.LATE:
-            return None
+            if not self._task.execute(self.plan).met:
+                return None
+            self.close()
+            return found(self._number, self._task, self.plan)
         if result is _Result.NO_PLAN:
             self.go_further(rest or [], _ALONE_SECONDS)
         return found(self._number, self._task, self.plan, missing=self.missing)
@@ -321,8 +324,11 @@ class _Attempt:
             self._process.close()
             self._process = None
 
-    def _search(self, wanted: Iterable[str], seconds: float = _ALONE_SECONDS) -> _Result:
-        """Extends the plan so that it meets some requests; one that is late goes on."""
+    def _search(self, wanted: Iterable[str], seconds: float) -> _Result:
+        """Extends the plan so that it meets some requests; a search that is late goes on.
+
+        In that case, it is extended by what meets some of them, if that is known.
+        """
         done = self._task.execute(self.plan)
         missing = {slot: self._task.requests[slot] for slot in wanted if slot not in done.met}
         if not missing:
@@ -341,6 +347,7 @@ class _Attempt:
         while not (process.has_ended or self._stopped()):
             self._news.wait(_POLL_SECONDS)
             if process.seconds > seconds and not process.plans_found:
+                self.plan = [*self.plan, *process.partial]
                 return _Result.LATE
         return self._take()
 
@@ -350,6 +357,7 @@ class _Attempt:
         process.close()
         more = process.latest()
         if more is None:
+            self.plan = [*self.plan, *process.partial]
             is_proven = process.why_ended == SearchEnd.NO_PLAN
             return _Result.NO_PLAN if is_proven else _Result.LATE
         self.plan = [*self.plan, *more]
