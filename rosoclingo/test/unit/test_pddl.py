@@ -17,7 +17,7 @@ from rosoclingo.pddl.domain import Domain, Problem, read_domain, read_problem
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word, parse, read_file
 from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Numbers, NumericUse
-from rosoclingo.pddl.sas import parse_sas
+from rosoclingo.pddl.sas import SasRule, parse_sas
 from rosoclingo.pddl.translator import translate
 from rosoclingo.pddl.variables import variables
 
@@ -142,7 +142,7 @@ def test_what_is_understood_passes() -> None:
     ("old", "new", "message"),
     [
         (":action-costs", ":preferences", "d:2: :preferences is not understood"),
-        ("(:action toggle", "(:derived toggle", "d:10: :derived is not understood"),
+        ("(:action toggle", "(:derived toggle", "d:10: (:derived toggle :parameters () :preco"),
         ("(not (open)) (not", "(or (open)) (not", "d:8: or in :precondition is not understood"),
         ("(increase (total-cost) 2)", "(scale-up (fuel) 2)", "d:9: scale-up in :effect is not"),
         ("(:action Move ;", "(:action ;", "d:7: one of"),
@@ -226,9 +226,13 @@ def test_what_is_not_sas_is_refused(text: str) -> None:
         parse_sas(text)
 
 
-def test_axioms_are_refused() -> None:
-    with pytest.raises(PddlError, match="needs axioms"):
-        parse_sas(SAS[: -len("0\n")] + "1\n")
+def test_rules_of_derived_variables_are_read() -> None:
+    derived = "begin_variable\nvar2\n1\n2\nAtom dark()\nNegatedAtom dark()\nend_variable\n"
+    text = SAS.replace("\n2\nbegin_variable", f"\n3\n{derived}begin_variable", 1)
+    text = text.replace("begin_state\n", "begin_state\n1\n")
+    task = parse_sas(text[: -len("0\n")] + "1\nbegin_rule\n1\n1 0\n0 1 0\nend_rule\n")
+    assert (task.strata, task.rules) == ({0: 1}, (SasRule(0, ((1, 0),)),))
+    assert task.init == (1, 1, 0)
 
 
 def test_the_remedy_is_named_without_fast_downward(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -510,8 +514,8 @@ def _compiled(needed: str, goal: str = "(done)") -> Tuple[Domain, Problem]:
         ("(or (on ?r) (not (done)))", {"act": "(and (on ?r))", "act-or-2": "(and (not (done)))"}),
         ("(forall (?b - box) (imply (red ?b) (on ?b)))", {"act": "(and (on b1))"}),
         ("(exists (?b - box) (on ?b))", {"act": "(and (on ?b-1))"}),
-        ("(not (or (on ?r) (done)))", {"act": "(and (not (on ?r)) (not (done)))"}),
-        ("(not (exists (?b - box) (on ?b)))", {"act": "(and (not (on b1)) (not (on b2)))"}),
+        ("(not (or (on ?r) (done)))", {"act": "(and (not (act-unless-1 ?r)))"}),
+        ("(not (exists (?b - box) (on ?b)))", {"act": "(and (not (act-unless-1)))"}),
         ("(or (on ?r) (and (on ?r) (done)))", {"act": "(and (on ?r))"}),
         ("(and (or (on ?r) (done)) (not (on ?r)))", {"act": "(and (done) (not (on ?r)))"}),
         ("(forall (?b - (either box robot)) (on ?b))",
@@ -536,9 +540,14 @@ def test_what_is_nested_as_deeply_as_can_be_is_compiled() -> None:
     assert domain.actions[0].precondition.text == "(and (on ?r))"
 
 
-def test_a_goal_has_no_alternatives() -> None:
-    with pytest.raises(PddlError, match=r"^p:2: the goal has 2 alternatives: .* each alternative"):
-        _compiled("(done)", "(or (done) (on b1))")
+def test_alternatives_of_a_goal_are_derived() -> None:
+    domain, problem = _compiled("(done)", "(and (on b1) (or (done) (> (load) 4)))")
+    assert problem.goal.text == "(and (on b1) (goal-if-1))"
+    assert [each.text for each in domain.rules] == [
+        "(:derived (goal-if-1 ) (and (done)))",
+        "(:derived (goal-if-1 ) (and (goal-if-1-number-1)))",
+    ]
+    assert [each.comparison.text for each in domain.tests] == ["(> (load) 4)"]
     _, problem = _compiled("(done)", "(and (forall (?b - box) (on ?b)) (not (>= (load) 4)))")
     assert problem.goal.text == "(and (on b1) (on b2))"
     assert [each.text for each in problem.comparisons] == ["(< (load) 4)"]

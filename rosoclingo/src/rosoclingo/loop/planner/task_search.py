@@ -265,13 +265,17 @@ class _Attempt:
         self._task = task
         self._stopped = stopped
         self._patience = patience
+        self._is_alone = bool(task.derivation.variables)
         self._news = threading.Event()
         self._process: Optional[SearchProcess] = None
         self.plan: List[int] = []
         self.missing = 0
 
     def begin(self) -> Optional[SearchEnded]:
-        """Searches alone for a while; returns what it has found, None if it goes on."""
+        """Searches alone for a while; returns what it has found, None if it goes on.
+
+        Where variables are derived, no layers are looked for, so all is searched alone.
+        """
         rest = rest_of_plan(self._task)
         result = _Result.NO_PLAN
         if rest is not None:
@@ -280,12 +284,14 @@ class _Attempt:
         if result is _Result.NO_PLAN:
             self.plan = []
             elder = self._task.elder
-            if elder in self._task.requests and self._search([elder]) is _Result.LATE:
-                return None
-            result = self._search(self._task.requests)
-        if result is _Result.LATE:
+            if elder in self._task.requests:
+                result = self._search([elder])
+            if result is not _Result.LATE or self._is_alone:
+                result = self._search(self._task.requests)
+        if result is _Result.LATE and not self._is_alone:
             return None
-        if result is _Result.NO_PLAN:
+        if result is not _Result.MET:
+            self.close()
             self.go_further(rest or [], _ALONE_SECONDS)
         return found(self._number, self._task, self.plan, missing=self.missing)
 
@@ -321,8 +327,10 @@ class _Attempt:
             self._process.close()
             self._process = None
 
-    def _search(self, wanted: Iterable[str], seconds: float = _ALONE_SECONDS) -> _Result:
+    def _search(self, wanted: Iterable[str], seconds: Optional[float] = None) -> _Result:
         """Extends the plan so that it meets some requests; one that is late goes on."""
+        if seconds is None:
+            seconds = _SECONDS if self._is_alone else _ALONE_SECONDS
         done = self._task.execute(self.plan)
         missing = {slot: self._task.requests[slot] for slot in wanted if slot not in done.met}
         if not missing:
@@ -373,7 +381,7 @@ def found(
     done = task.execute(plan)
     unmet = [slot for slot in task.requests if slot not in done.met]
     parts = [*_parts(number, task, plan, done.met)]
-    if len(task.requests) > 1:
+    if len(task.requests) > 1 or missing:
         parts += [f"planned({number},{slot})" for slot in unmet]
     parts += [f"details({number})", f"follow({number})"]
     symbols = tuple(f"ground({part})" for part in parts)
