@@ -10,7 +10,7 @@ import pytest
 from downward_versions import VERSIONS, use_version
 
 from plan_validator import PlanValidator
-from rosoclingo.pddl import translator
+from rosoclingo.pddl import alternatives, translator
 from rosoclingo.pddl.conditions import compile_conditions
 from rosoclingo.pddl.declarations import check_declarations
 from rosoclingo.pddl.domain import Domain, Problem, read_domain, read_problem
@@ -525,6 +525,102 @@ def _compiled(needed: str, goal: str = "(done)") -> Tuple[Domain, Problem]:
 def test_alternatives_are_actions(needed: str, found: Dict[str, str]) -> None:
     domain, _ = _compiled(needed)
     assert {each.name: each.precondition.text for each in domain.actions[:-1]} == found
+
+
+LIGHTS = """(define (domain lights) (:requirements :derived-predicates :durative-actions)
+(:types room lamp) (:predicates (on ?l - lamp) (in ?l - lamp ?r - room) (bright ?r - room)
+  (next ?a ?b - room) (all)) (:functions (power))
+(:derived (bright ?r - room) (or (exists (?l - lamp) (and (in ?l ?r) (on ?l)))
+  (exists (?q - room) (and (next ?q ?r) (bright ?q)))))
+(:derived (all) (and (forall (?r - room) (bright ?r)) (> (power) 2)))
+(:action light :parameters (?l - lamp) :precondition (not (all)) :effect (on ?l))
+(:durative-action dim :parameters (?l - lamp) :duration (= ?duration 2)
+  :condition (over all (all)) :effect (and (at end (not (on ?l))) (at end (decrease (power) 1)))))
+"""
+LIGHTS_PROBLEM = """(define (problem p) (:domain lights) (:objects a b - room l - lamp)
+(:init (in l a) (next a b) (= (power) 5))
+(:goal (and (bright b) (not (all)))))
+"""
+
+
+def _check_lights(old: str = "", new: str = "") -> Domain:
+    assert old in LIGHTS + LIGHTS_PROBLEM
+    forms = [
+        parse(text.replace(old, new) if old else text, name)
+        for text, name in ((LIGHTS, "d"), (LIGHTS_PROBLEM, "p"))
+    ]
+    domain_form, problem_form = compile_conditions(*forms)
+    domain, problem = read_domain(domain_form), read_problem(problem_form)
+    check_declarations(domain, problem)
+    return domain
+
+
+def test_a_derived_predicate_has_a_rule_for_each_alternative() -> None:
+    assert [rule.text for rule in _check_lights().rules] == [
+        "(:derived (bright ?r - room) (exists (?l-1 - lamp) (and (in ?l-1 ?r) (on ?l-1))))",
+        "(:derived (bright ?r - room) (exists (?q-2 - room) (and (next ?q-2 ?r) (bright ?q-2))))",
+        "(:derived (all ) (and (bright a) (bright b) (all-number-1)))",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(bright ?q))", "(not (bright ?q)))", "d:5: bright depends on the contrary of bright"),
+        ("(next ?q ?r)", "(not (all))", "d:5: bright depends on the contrary of all, which"),
+        (":effect (on ?l))", ":effect (bright ?l))", "d:7: light changes bright, which is derived"),
+        (":init (in", ":init (bright a) (in", "p:2: (bright a) in :init: bright is derived"),
+        ("?b - room) (all))", "?b - room))", "d:7: all is not declared: there are bright, in,"),
+        ("(:derived (all) (and", "(:derived all (and", "d:6: (:derived all (and (forall (?r"),
+        ("(:derived (all) (and", "(:derived (all) x (and", "d:6: (:derived (all) x (and"),
+        ("(bright ?r - room) (or", "(bright a) (or", "d:4: a in (bright a): what is derived has"),
+        ("(bright ?r - room) (or", "(bright ?r ?s) (or", "d:4: (bright ?r ?s) has 2 objects"),
+        ("(?l - lamp) (and", "(?l - lmp) (and", "d:4: the type lmp is not declared"),
+        ("(in ?l ?r)", "(in ?k ?r)", "d:4: the variable ?k is no parameter"),
+        ("(> (power) 2)", "(> (powre) 2)", "d:6: powre is not declared"),
+        ("(> (power) 2)", "(assign (power) 2)", "d:6: assign in a condition is not understood"),
+        ("(> (power) 2)", "(>= (power))", "d:6: >= has two parts, and this has 1"),
+        ("(and (at end (not (on", "(and (at start (not (on",
+         "d:9: all is derived from what dim changes at its start"),
+        ("(at end (decrease", "(at start (decrease", "d:9: all is derived from what dim changes"),
+        ("(at end (not (on ?l)))", "(at start (on ?l)) (at end (not (on ?l)))",
+         "d:9: all is derived from what dim changes at its start"),
+        ("(power))", "(place ?l - lamp) - room)", "d:3: a function of the type room is not under"),
+    ],
+)  # fmt: skip
+def test_derived_predicates_are_refused_by_name_and_line(old: str, new: str, message: str) -> None:
+    with pytest.raises(PddlError, match=re.escape(message)):
+        _check_lights(old, new)
+
+
+def test_what_an_action_takes_and_gives_back_is_not_derived_from() -> None:
+    old = ":condition (over all (all)) :effect (and (at end (not (on ?l)))"
+    new = ":condition () :effect (and (at start (not (on ?l))) (at end (on ?l))"
+    with pytest.raises(PddlError, match="d:9: on is another one while dim lasts, and light needs"):
+        _check_lights(old, new)
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize(
+    ("needed", "strata"),
+    [
+        (" ".join(f"(or (on {box}) (done))" for box in ("b1", "b2")), 0),
+        (" ".join(f"(imply (red {box}) (on {box}))" for box in ("b1", "b2")), 0),
+        (" ".join(f"(or (on {a}) (on {b}))" for a in ("b1", "b2") for b in ("b1", "r1")), 3),
+        ("(forall (?b - box) (not (on ?b))) (not (done)) (not (on ?r))", 0),
+        (" ".join("(exists (?b - box) (on ?b))" for _ in range(20)), 1),
+    ],
+)
+def test_parts_of_a_condition_are_derived_only_if_they_have_to_be(
+    needed: str, strata: int, version: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use_version(monkeypatch, version)
+    monkeypatch.setattr(alternatives, "MOST_ALTERNATIVES", 2)
+    monkeypatch.setattr(alternatives, "_MOST_SIZE", 4)
+    task = translate(*_compiled(f"(and {needed})"))
+    assert len(task.strata) == strata
+    assert {one.name.split()[0] for one in task.operators} >= {"act", "put"}
 
 
 def test_an_action_without_parameters_gets_those_that_exist() -> None:

@@ -75,6 +75,7 @@ class Alternatives:
         self._facts = facts
         self._names = names
         self._fresh = itertools.count(1)
+        self._made: Dict[Tuple[str, ...], str] = {}  # predicates, by what they are derived from
         self._fixed = {"=", *static, *derived}  # what can be denied simply
         self.rules: List[ListForm] = []
         self.scope: Dict[str, str] = {}
@@ -178,8 +179,6 @@ class Alternatives:
 
     def as_fact(self, found: List[Alternative], place: str, verb: str = _OR) -> List[Alternative]:
         """Returns one literal for several alternatives, of a new derived predicate."""
-        name = self.new_name(f"{self.owner}{verb}")
-        self._fixed.add(name)
         bound = {variable for variables, _ in found for variable, _ in variables}
         free = dict.fromkeys(
             word
@@ -189,7 +188,12 @@ class Alternatives:
             if word not in bound
         )
         typed = [text for each in free for text in (each, "-", self.scope.get(each, "object"))]
-        self.rules += [rule(list_form(place, name, *typed), each) for each in found]
+        key = (*typed, *sorted(_anonymous(each) for each in found))
+        name = self._made.get(key)
+        if name is None:
+            name = self._made[key] = self.new_name(f"{self.owner}{verb}")
+            self._fixed.add(name)
+            self.rules += [rule(list_form(place, name, *typed), each) for each in found]
         return [((), (list_form(place, name, *free),))]
 
     def without_negations(self, literals: Sequence[ListForm], most: int) -> Tuple[ListForm, ...]:
@@ -359,6 +363,14 @@ def _without_more(found: Sequence[Alternative]) -> List[Alternative]:
         if not any(other <= texts for other, _ in kept):
             kept.append((texts, number))
     return [found[number] for number in sorted(number for _, number in kept)]
+
+
+def _anonymous(alternative: Alternative) -> str:
+    """Returns the text of an alternative, whatever its further variables are called."""
+    variables, literals = alternative
+    names = {variable: f"?{number}" for number, (variable, _) in enumerate(variables)}
+    texts = sorted(_substituted(each, names).text for each in literals)
+    return " ".join([*(kind for _, kind in variables), *texts])
 
 
 def _variables(form: ListForm) -> Iterator[str]:
