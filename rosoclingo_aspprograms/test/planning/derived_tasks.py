@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import random
 from collections import deque
@@ -21,11 +22,10 @@ class DerivedTask:
     """A task with predicates derived from others, stratum by stratum, in circles and by denials.
 
     Attributes:
-        domain: The text of the domain.
-        problem: The text of the problem.
+        files: The domain and the problem.
     """
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, folder: Path) -> None:
         self._draw = random.Random(seed)
         self._stratum = {name: self._draw.choice([0, 1, 1, 2]) for name in _DERIVED}
         kinds = (*_BASE.items(), *_DERIVED.items())
@@ -34,7 +34,7 @@ class DerivedTask:
         )
         rules = "\n".join(self._rule(name, arity) for name, arity in _DERIVED.items())
         actions = "\n".join(self._action(number) for number in range(self._draw.randint(3, 5)))
-        self.domain = (
+        domain = (
             "(define (domain random) (:requirements :adl :derived-predicates)\n"
             f"(:predicates {declared})\n{rules}\n{actions})\n"
         )
@@ -44,11 +44,36 @@ class DerivedTask:
             for objects in itertools.product(_OBJECTS, repeat=arity)
             if self._draw.random() < 0.35
         ]
-        goal = " ".join(self._condition({}, 3, depth=1) for _ in range(self._draw.randint(1, 3)))
-        self.problem = (
+        problem = (
             f"(define (problem p) (:domain random) (:objects {' '.join(_OBJECTS)})\n"
-            f"(:init {' '.join(facts)})\n(:goal (and {goal})))\n"
+            f"(:init {' '.join(facts)})\n(:goal (and GOAL)))\n"
         )
+        self.files = folder / "domain.pddl", folder / "problem.pddl"
+        for file, text in zip(self.files, (domain, problem.replace("GOAL", ""))):
+            file.write_text(text)
+        self.files[1].write_text(problem.replace("GOAL", self._goal()))
+
+    def _goal(self) -> str:
+        """Draws a goal: mostly of facts that some actions change, else of anything."""
+        draw = self._draw
+        world = read_validator(*self.files)
+        first = {*world.facts, *world.derived}
+        steps = _steps(world)
+        for _ in range(draw.randint(20, 200)):
+            with contextlib.suppress(PddlError):
+                world.execute(*draw.choice(steps))
+        last = {*world.facts, *world.derived}
+        changed = sorted(first ^ last)
+        wanted = draw.sample(changed, min(len(changed), draw.randint(1, 3)))
+        goal = [
+            f"({' '.join(fact)})" if fact in last else f"(not ({' '.join(fact)}))"
+            for fact in wanted
+        ]
+        if not goal or draw.random() < 0.2:
+            goal.append(self._condition({}, 3, depth=2))
+        elif draw.random() < 0.3:
+            goal[0] = f"(or {goal[0]} {self._condition({}, 3, depth=1)})"
+        return " ".join(goal)
 
     def _rule(self, name: str, arity: int) -> str:
         variables = [f"?x{number}" for number in range(arity)]
@@ -99,13 +124,6 @@ class DerivedTask:
             return f"({kind} ({variable}) {inner})"
         parts = (self._condition(scope, stratum, depth - 1, denied=denied) for _ in range(2))
         return f"({kind} {' '.join(parts)})"
-
-    def write(self, folder: Path) -> Tuple[Path, Path]:
-        """Writes both files into a folder, and returns their paths."""
-        domain, problem = folder / "domain.pddl", folder / "problem.pddl"
-        domain.write_text(self.domain)
-        problem.write_text(self.problem)
-        return domain, problem
 
 
 def shortest_plan(domain: Path, problem: Path) -> Tuple[Optional[int], bool]:

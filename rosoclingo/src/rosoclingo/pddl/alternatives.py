@@ -135,7 +135,7 @@ class Alternatives:
     def all_of(self, parts: Sequence[List[Alternative]], form: ListForm) -> List[Alternative]:
         """Returns the alternatives by which all parts of a condition hold."""
         sizes = [self._size(part) for part in parts]
-        if math.prod(sizes) > max(_MOST_SIZE, *sizes):
+        if math.prod(sizes) > max([_MOST_SIZE, *sizes]):
             return self._all_as_facts(parts, form)
         found = TRUE
         for part in parts:

@@ -15,6 +15,7 @@ What compares constants alone, such as ``(>= (capacity ?truck) (weight ?box))``,
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
@@ -306,6 +307,7 @@ class Numbers:
             )
 
     def _find_limits(self, uses: Sequence[_GroundUse], asked: Sequence[Bounds]) -> None:
+        self.largest = {}
         open_ended: Dict[Name, str] = {}
         places: Dict[Name, str] = {}
         for name in (name for bounds in (self.goal(), *asked) for name in bounds):
@@ -372,7 +374,7 @@ class Numbers:
         metric = self._problem.metric
         lasts = 1.0
         if schema.duration is not None:
-            lasts = float(self._amounts.constant(schema.duration, objects, schema))
+            lasts = _as_float(self._amounts.constant(schema.duration, objects, schema))
         if metric is None:
             cost = lasts if self._is_timed else 1.0
         else:
@@ -409,7 +411,7 @@ class Numbers:
                 if change.head != "increase":
                     raise PddlError(f"{change.place}: {change.head} of {shorten(target.text)}: "
                                     "what is minimized can only be increased")  # fmt: skip
-                total += float(self._amounts.constant(change.parts[2], objects, schema))
+                total += _as_float(self._amounts.constant(change.parts[2], objects, schema))
         return total
 
 
@@ -421,6 +423,14 @@ def binding(schema: ActionSchema, objects: Sequence[str]) -> Dict[str, str]:
 def ground_atom(form: ListForm, schema: ActionSchema, objects: Sequence[str]) -> Name:
     """Returns an atom of an action for its objects."""
     return ground(form, binding(schema, objects))
+
+
+def _as_float(amount: Fraction) -> float:
+    """Returns an amount as a number with a point; one that is too large is infinite."""
+    try:
+        return float(amount)
+    except OverflowError:
+        return math.inf if amount > 0 else -math.inf
 
 
 def _function(part: PddlPart) -> str:
