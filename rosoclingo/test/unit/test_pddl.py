@@ -623,6 +623,36 @@ def test_parts_of_a_condition_are_derived_only_if_they_have_to_be(
     assert {one.name.split()[0] for one in task.operators} >= {"act", "put"}
 
 
+DENIED = """(define (domain denied) (:predicates (at ?p) (lit))
+(:action go :parameters (?a ?b) :precondition (and (at ?a) (not (at ?b)) (not (lit)))
+  :effect (and (not (at ?a)) (at ?b) (not (lit))))
+(:action light :parameters (?a) :precondition (and (not (at ?a)) (not (lit))) :effect (lit)))
+"""
+DENIED_PROBLEM = """(define (problem p) (:domain denied) (:objects a b c)
+(:init (at a)) (:goal (and (lit) (not (at c)))))
+"""
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("version", VERSIONS)
+def test_what_is_denied_is_in_its_place(version: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A goal that denies one of several values ended the translator."""
+    use_version(monkeypatch, version)
+    domain, problem = compile_conditions(parse(DENIED, "d"), parse(DENIED_PROBLEM, "p"))
+    task = translate(read_domain(domain), read_problem(problem))
+    by_name = {one.name: one for one in task.operators}
+    assert sorted(name for name in by_name if name.startswith("go")) == [
+        f"go {a} {b}" for a in "abc" for b in "abc" if a != b
+    ]
+    (at,) = (v for v, values in enumerate(task.variables) if "Atom at(a)" in values)
+    (lit,) = (v for v, values in enumerate(task.variables) if "Atom lit()" in values)
+    go, light = by_name["go a b"], by_name["light b"]
+    assert {variable for variable, _ in go.preconditions} == {at, lit}
+    assert ([one.variable for one in go.effects], go.exclusions) == ([at], ())
+    assert light.exclusions == ((at, task.variables[at].index("Atom at(b)")),)
+    assert len(task.strata) == 1
+
+
 def test_an_action_without_parameters_gets_those_that_exist() -> None:
     domain = ADL.format(needed="(exists (?b - box) (on ?b))")
     forms = parse(domain.replace(" :parameters (?r - robot)", ""), "d"), parse(ADL_PROBLEM, "p")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosoclingo.pddl.alternatives import MADE
@@ -103,9 +104,10 @@ class _Inliner:
             if len(self._task.variables[variable]) == 2:
                 del exclusions[variable, value]
                 needed.update(dict.fromkeys(self._conditions([(variable, 1 - value)])))
-        values = dict(needed)
+        values = dict([*needed])
         if len(values) < len(needed) or any(values.get(v) == x for v, x in exclusions):
             return None
+        changed = Counter(effect.variable for effect in operator.effects)
         return SasOperator(
             operator.name,
             tuple(needed),
@@ -113,6 +115,7 @@ class _Inliner:
             tuple(
                 SasEffect(self._conditions(each.conditions), each.variable, each.value)
                 for each in operator.effects
+                if values.get(each.variable) != each.value or changed[each.variable] > 1
             ),
         )
 
