@@ -1,7 +1,8 @@
 """Validates plans by PDDL's own semantics, without the translator and without an encoding.
 
 An action with a duration is executed as if nothing else went on meanwhile: its beginning, what has
-to hold all the time, and its end.
+to hold all the time, and its end. Derived predicates are derived anew in each state, stratum by
+stratum, until no rule says anything more.
 """
 
 from __future__ import annotations
@@ -10,9 +11,9 @@ import operator
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Callable, Dict, Iterable, List, Mapping, Sequence, Set, Tuple
+from typing import Callable, Dict, Iterable, Iterator, List, Mapping, Sequence, Set, Tuple
 
-from rosoclingo.pddl.domain import Domain, Problem, typed_list
+from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.expressions import ListForm, PddlError, read_file
 from rosoclingo.pddl.files import read_task
 from rosoclingo.pddl.names import Identifiers
@@ -22,6 +23,9 @@ Fact = Tuple[str, ...]
 """A predicate or a function, and its objects."""
 
 _Binding = Mapping[str, str]
+_Types = Dict[str, Tuple[str, ...]]
+"""Variables with their types, of which an object has one."""
+
 _ALTERNATIVE = re.compile(r"-or-[0-9]+-*$")
 _COMPARISONS: Dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt, "<=": operator.le, ">=": operator.ge, ">": operator.gt, "=": operator.eq,
@@ -52,6 +56,11 @@ class PlanValidator:
         for part in domain.form.parts:
             if isinstance(part, ListForm) and part.head in (":action", ":durative-action"):
                 self.actions[part.parts[1].text] = part
+        self._rules = [
+            (_form(form.parts[1]), _form(form.parts[2])) for form in domain.form.lists(":derived")
+        ]
+        self._strata = _strata(self._rules)
+        self._derived: Tuple[object, object, Set[Fact]] = (None, None, set())
         self.facts: Set[Fact] = {_ground(atom, {}) for atom in problem.init}
         self.numbers: Dict[Fact, float] = {
             tuple(text.strip("()").split()): value for text, value in problem.numbers.items()
@@ -71,9 +80,9 @@ class PlanValidator:
         parameters = typed_list_of(action)
         if len(parameters) != len(objects):
             raise PddlError(f"{step}: {name} has {len(parameters)} objects")
-        for each, kind in zip(objects, parameters.values()):
-            if not self._is_of(each, kind):
-                raise PddlError(f"{step}: {each} is no {kind}")
+        for each, kinds in zip(objects, parameters.values()):
+            if not self._is_of(each, kinds):
+                raise PddlError(f"{step}: {each} is no {' or '.join(kinds)}")
         binding = dict(zip(parameters, objects))
         effect = _form(parts.get(":effect"))
         if action.head == ":action":
@@ -116,8 +125,36 @@ class PlanValidator:
         """
         self._require("the goal", [_form(self._goal)], {})
 
-    def _is_of(self, thing: str, kind: str) -> bool:
-        return thing in self.kinds and self._domain.is_kind_of(self.kinds[thing], kind)
+    def _is_of(self, thing: str, kinds: Sequence[str]) -> bool:
+        return thing in self.kinds and any(
+            self._domain.is_kind_of(self.kinds[thing], kind) for kind in kinds
+        )
+
+    @property
+    def derived(self) -> Set[Fact]:
+        """The derived facts that hold."""
+        facts, numbers, found = self._derived
+        if facts is not self.facts or numbers != self.numbers:
+            found = set()
+            self._derived = self.facts, dict(self.numbers), found
+            for stratum in sorted(set(self._strata.values())):
+                while self._derive(stratum, found):
+                    pass
+        return found
+
+    def _derive(self, stratum: int, found: Set[Fact]) -> bool:
+        """Adds what rules of a stratum say; returns whether that is new."""
+        new = {
+            (head.head, *(binding[name] for name in names))
+            for head, body in self._rules
+            if self._strata[head.head] == stratum
+            for names in [_typed(head.parts[1:])]
+            for binding in self._bindings(names, {})
+            if self._holds(body, binding)
+        }
+        is_new = not new <= found
+        found |= new
+        return is_new
 
     def _require(self, step: str, conditions: Sequence[ListForm], binding: _Binding) -> None:
         for condition in conditions:
@@ -139,7 +176,7 @@ class PlanValidator:
         if form.head == "imply":
             return not self._holds(inner[0], binding) or self._holds(inner[1], binding)
         if form.head in ("forall", "exists"):
-            names = typed_list(inner[0].parts)
+            names = _typed(inner[0].parts)
             found = [self._holds(inner[1], each) for each in self._bindings(names, binding)]
             return all(found) if form.head == "forall" else any(found)
         if form.head == "=" and not any(isinstance(part, ListForm) for part in form.parts):
@@ -148,7 +185,8 @@ class PlanValidator:
         if form.head in _COMPARISONS:
             left_value, right_value = (self._value(part, binding) for part in form.parts[1:])
             return _COMPARISONS[form.head](left_value, right_value)
-        return _ground(form, binding) in self.facts
+        fact = _ground(form, binding)
+        return fact in (self.derived if form.head in self._strata else self.facts)
 
     def _value(self, part: PddlPart, binding: _Binding) -> float:
         if not isinstance(part, ListForm):
@@ -169,7 +207,7 @@ class PlanValidator:
             if form.head == "and":
                 waiting += [(part, bound) for part in inner]
             elif form.head == "forall":
-                names = typed_list(_form(form.parts[1]).parts)
+                names = _typed(_form(form.parts[1]).parts)
                 waiting += [(inner[1], each) for each in self._bindings(names, bound)]
             elif form.head == "when":
                 if self._holds(inner[0], bound):
@@ -189,10 +227,10 @@ class PlanValidator:
         sign = {"increase": 1, "decrease": -1}.get(form.head)
         numbers[name] = value if sign is None else numbers.get(name, 0) + sign * value
 
-    def _bindings(self, names: Mapping[str, str], binding: _Binding) -> List[_Binding]:
+    def _bindings(self, names: _Types, binding: _Binding) -> List[_Binding]:
         found: List[_Binding] = [binding]
-        for name, kind in names.items():
-            things = [thing for thing in self.kinds if self._is_of(thing, kind)]
+        for name, kinds in names.items():
+            things = [thing for thing in self.kinds if self._is_of(thing, kinds)]
             found = [{**each, name: thing} for each in found for thing in things]
         return found
 
@@ -207,10 +245,49 @@ def read_validator(domain_file: Path, problem_file: Path) -> PlanValidator:
     return validator
 
 
-def typed_list_of(action: ListForm) -> Mapping[str, str]:
+def typed_list_of(action: ListForm) -> _Types:
     """Returns the parameters of an action with their types."""
     parts = {key.text: value for key, value in zip(action.parts[2::2], action.parts[3::2])}
-    return typed_list(_form(parts.get(":parameters")).parts)
+    return _typed(_form(parts.get(":parameters")).parts)
+
+
+def _typed(parts: Sequence[PddlPart]) -> _Types:
+    types: _Types = {}
+    waiting: List[str] = []
+    words = iter(parts)
+    for part in words:
+        if part.text != "-":
+            waiting.append(part.text)
+            continue
+        kind = next(words)
+        kinds = kind.parts[1:] if isinstance(kind, ListForm) else (kind,)
+        types.update((name, tuple(each.text for each in kinds)) for name in waiting)
+        waiting = []
+    return {**types, **dict.fromkeys(waiting, ("object",))}
+
+
+def _strata(rules: Sequence[Tuple[ListForm, ListForm]]) -> Dict[str, int]:
+    """Returns the stratum of each derived predicate: above those that its rules deny."""
+    strata = {head.head: 0 for head, _ in rules}
+    for _ in strata:
+        for head, body in rules:
+            for name, is_denied in _read(body, False):
+                if name in strata:
+                    strata[head.head] = max(strata[head.head], strata[name] + is_denied)
+    return strata
+
+
+def _read(form: ListForm, is_denied: bool) -> Iterator[Tuple[str, bool]]:
+    """Yields the predicates of a condition, and whether they are denied in it."""
+    inner = [part for part in form.parts[1:] if isinstance(part, ListForm)]
+    if form.head == "imply":
+        yield from _read(inner[0], not is_denied)
+        yield from _read(inner[1], is_denied)
+    elif form.head in ("and", "or", "not", "forall", "exists"):
+        for part in inner[1:] if form.head in ("forall", "exists") else inner:
+            yield from _read(part, is_denied != (form.head == "not"))
+    else:
+        yield form.head, is_denied
 
 
 def _form(part: object) -> ListForm:

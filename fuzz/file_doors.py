@@ -18,6 +18,7 @@ from rosoclingo.bags.record.writer import COMPRESSIONS
 from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.pddl.actuators import Actuators
+from rosoclingo.pddl.conditions import compile_conditions
 from rosoclingo.pddl.declarations import check_declarations
 from rosoclingo.pddl.domain import read_domain, read_problem
 from rosoclingo.pddl.expressions import PddlError, parse
@@ -71,6 +72,18 @@ class BagDoor(FolderDoor):
         Run.of(recording)
 
 
+_DECLARED = b"""
+  (idle ?r - robot))"""
+_RULES = b"""
+  (:derived (tired ?r - robot)
+    (or (< (battery ?r) 2)
+      (exists (?o - robot) (and (tired ?o) (not (= ?o ?r))))))
+  (:derived (idle ?r - robot)
+    (forall (?b - (either box robot))
+      (imply (carries ?r ?b) (not (tired ?r)))))
+"""
+
+
 class PddlDoor(Door):
     """A domain and a problem in PDDL, up to where Fast Downward translates them."""
 
@@ -79,7 +92,7 @@ class PddlDoor(Door):
         b"(define", b"(domain a)", b"(problem a)", b":predicates", b":init", b":goal", b":action",
         b":parameters", b":precondition", b":effect", b":durative-action", b":duration", b":types",
         b"either", b"- object", b"- number", b"(and", b"(or", b"(not", b"(forall (?x)",
-        b"(exists (?x)",
+        b"(exists (?x)", b"(:derived (p ?x)", b"(imply",
         b"(when", b"(= a b)", b"(increase (f) 1)", b"?x", b"?", b"-", b";", b"|", b"_",
         b"(at 5 (p))",
         b"(:metric minimize (total-cost))", b"(assign", b"(over all", b"(at start", b"1.5", b"1e9",
@@ -92,7 +105,10 @@ class PddlDoor(Door):
     def __init__(self) -> None:
         folder = _ROOT / "rosoclingo" / "example" / "pddl"
         both = (folder / name for name in ("delivery.pddl", "delivery_problem.pddl"))
-        self._task = _BETWEEN.join(file.read_bytes() for file in both)
+        domain, problem = (file.read_bytes() for file in both)
+        domain = domain.replace(b"(door_free))", b"(door_free) (tired ?r - robot)" + _DECLARED, 1)
+        first = domain.index(b"  (:durative-action")
+        self._task = _BETWEEN.join((domain[:first] + _RULES + domain[first:], problem))
 
     def valid(self) -> SearchStrategy[bytes]:
         """Returns the task of the example, of which some sections are left out."""
@@ -104,8 +120,9 @@ class PddlDoor(Door):
     def read(self, data: bytes) -> None:
         """Reads both, as far as no other program is needed."""
         texts = data.decode("utf-8", "replace").split(_BETWEEN.decode(), 1)
-        domain = read_domain(parse(texts[0], "domain.pddl"))
-        problem = read_problem(parse((*texts, "")[1], "problem.pddl"))
+        forms = parse(texts[0], "domain.pddl"), parse((*texts, "")[1], "problem.pddl")
+        compiled = compile_conditions(*forms)
+        domain, problem = read_domain(compiled[0]), read_problem(compiled[1])
         check_declarations(domain, problem)
         names = Identifiers.of(domain.form, problem.form)
         Actuators(domain, problem, names, ["robot"] if len(data) % 2 else [], "robot")

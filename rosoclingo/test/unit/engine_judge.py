@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosoclingo.engine.flat import FlatAction, FlatNumbers, FlatPairs, FlatRequest, FlatTask
 from rosoclingo.engine.kinds import ADDS, BECOMES, NEEDS_LEAST, NEEDS_MOST, TAKES
@@ -86,7 +86,93 @@ def random_task(draw: random.Random, *, actors: int = 2, actions: int = 20) -> F
     return task._replace(requests=requests)
 
 
+def random_derived_task(draw: random.Random, *, actors: int = 2, actions: int = 20) -> FlatTask:
+    """Draws a task with derived variables, which actions need and requests want."""
+    plain = random_task(draw, actors=actors, actions=actions)
+    first = len(plain.domains)
+    strata = [0]
+    for _ in range(draw.randint(1, 4)):
+        strata.append(strata[-1] + draw.randint(0, 1))
+    derived = range(first, first + len(strata))
+    rules = []
+    for variable, stratum in zip(derived, strata):
+        for _ in range(draw.choice([1, 1, 2, 3])):
+            needs = pairs(draw, plain.domains, 2)
+            other = draw.choice(derived)
+            if strata[other - first] <= stratum and draw.random() < 0.7:
+                needs.append((other, int(strata[other - first] == stratum or draw.random() < 0.4)))
+            levels = []
+            if plain.limits and draw.random() < 0.2:
+                low = draw.randint(0, plain.limits[0])
+                levels.append((0, low, draw.randint(low, plain.limits[0])))
+            rules.append((needs, levels, variable, 1))
+
+    def needing(action: FlatAction) -> FlatAction:
+        needs, others, effects, *rest = action
+        if draw.random() < 0.3:
+            needs = [*needs, (draw.choice(derived), draw.randrange(2))]
+        elif draw.random() < 0.1:
+            others = [*others, (draw.choice(derived), draw.randrange(2))]
+        if draw.random() < 0.2:
+            conditions, variable, value = effects[0]
+            more = (draw.choice(derived), draw.randrange(2))
+            effects = [([*conditions, more], variable, value), *effects[1:]]
+        return (needs, others, effects, *rest)
+
+    task = plain._replace(
+        domains=[*plain.domains, *(2 for _ in strata)],
+        initial=[*plain.initial, *(0 for _ in strata)],
+        actions=[needing(action) for action in plain.actions],
+        requests=[],
+        strata=tuple(
+            [(v, 0) for v, s in zip(derived, strata) if s == stratum]
+            for stratum in sorted(set(strata))
+        ),
+        rules=tuple(rules),
+    )
+    requests = [random_request(draw, task) for _ in range(draw.choice([1, 1, 2, 3]))]
+    return task._replace(requests=requests)
+
+
+def derive(task: FlatTask, moment: Moment) -> Moment:
+    """Gives derived variables their values, by trying all rules again and again."""
+    values = list(moment.values)
+    for stratum in task.strata:
+        here = dict(stratum)
+        for variable, value in stratum:
+            values[variable] = value
+        is_new = True
+        while is_new:
+            is_new = False
+            for needs, levels, variable, value in task.rules:
+                if (
+                    variable in here
+                    and values[variable] != value
+                    and all(values[one] == wanted for one, wanted in needs)
+                    and all(low <= moment.levels[n] <= high for n, low, high in levels)
+                ):
+                    values[variable] = value
+                    is_new = True
+    return moment._replace(values=tuple(values))
+
+
+def basis(task: FlatTask) -> Dict[int, Tuple[Set[int], Set[int]]]:
+    """Returns the variables and numbers on which each derived variable rests."""
+    found: Dict[int, Tuple[Set[int], Set[int]]] = {
+        variable: (set(), set()) for stratum in task.strata for variable, _ in stratum
+    }
+    for _ in found:
+        for needs, levels, variable, _ in task.rules:
+            found[variable][1].update(number for number, _, _ in levels)
+            for one, _ in needs:
+                variables, numbers = found.get(one, ({one}, set()))
+                found[variable][0].update(variables)
+                found[variable][1].update(numbers)
+    return found
+
+
 def meet(task: FlatTask, moment: Moment) -> Moment:
+    moment = derive(task, moment)
     met = tuple(
         before
         or (
@@ -177,6 +263,17 @@ class Item(NamedTuple):
     alters: frozenset
 
 
+def with_basis(task: FlatTask, item: Item) -> Item:
+    """Returns an item that reads, too, on what derived variables rest."""
+    found = [each for v, each in basis(task).items() if v in item.reads]
+    numbers = frozenset(number for _, levels in found for number in levels)
+    return item._replace(
+        reads=item.reads.union(*(variables for variables, _ in found)),
+        heeds=item.heeds | numbers,
+        wants_room=item.wants_room | numbers,
+    )
+
+
 def item_of_action(action: FlatAction) -> Item:
     needs, others, effects, numbers, _, _ = action
 
@@ -243,7 +340,7 @@ class Schedule:
         return max((end for other, end in self._ended if waits(item, other)), default=0)
 
     def add(self, action: FlatAction, before: Moment, following: Moment) -> None:
-        item = item_of_action(action)
+        item = with_basis(self._task, item_of_action(action))
         cost, actor = action[4], action[5]
         end = max(self._begin(item), self._actors.get(actor, 0) if actor >= 0 else 0) + cost
         self._ended.append((item, end))
@@ -254,7 +351,7 @@ class Schedule:
 
     def _add_met(self, before: Sequence[bool], met: Sequence[bool]) -> None:
         items = [
-            item_of_request(self._task, request)
+            with_basis(self._task, item_of_request(self._task, request))
             for request, was, now in zip(self._task.requests, before, met)
             if now and not was
         ]

@@ -6,7 +6,7 @@ import random
 import subprocess
 import sys
 from pathlib import Path
-from typing import List
+from typing import Callable, List
 
 import engine_judge as judge
 import pytest
@@ -45,19 +45,26 @@ def improved(task: FlatTask, looks: int) -> List[List[int]]:
     return plans
 
 
-def solvable_tasks(number: int, actors: int, actions: int) -> List[FlatTask]:
+Draw = Callable[..., FlatTask]
+DRAWN = [judge.random_task, judge.random_derived_task]
+
+
+def solvable_tasks(
+    number: int, actors: int, actions: int, drawn: Draw = judge.random_task
+) -> List[FlatTask]:
     tasks: List[FlatTask] = []
     draw = random.Random(actors)
     while len(tasks) < number:
-        task = judge.random_task(draw, actors=actors, actions=actions)
+        task = drawn(draw, actors=actors, actions=actions)
         if judge.has_plan(task):
             tasks.append(task)
     return tasks
 
 
+@pytest.mark.parametrize("drawn", DRAWN)
 @pytest.mark.parametrize("seed", range(DRAWS))
-def test_a_plan_is_found_if_and_only_if_there_is_one(seed: int) -> None:
-    task = judge.random_task(random.Random(seed))
+def test_a_plan_is_found_if_and_only_if_there_is_one(seed: int, drawn: Draw) -> None:
+    task = drawn(random.Random(seed))
     plan = Search(tuple(task), Countdown(10**6)).find()
     assert (plan is not None) == judge.has_plan(task)
     assert plan is None or judge.run(task, plan)
@@ -79,10 +86,13 @@ def test_requests_are_searched_for_one_by_one_if_all_take_long() -> None:
     assert number_partial
 
 
+@pytest.mark.parametrize("drawn", DRAWN)
 @pytest.mark.parametrize("actors", [1, 2, 3])
-def test_improved_plans_are_valid_and_each_better_than_the_one_before(actors: int) -> None:
+def test_improved_plans_are_valid_and_each_better_than_the_one_before(
+    actors: int, drawn: Draw
+) -> None:
     number_improved = 0
-    for task in solvable_tasks(DRAWS // 3, actors, 20):
+    for task in solvable_tasks(DRAWS // 2, actors, 20, drawn):
         plans = improved(task, 20)
         values = [judge.value_of(task, plan) for plan in plans]
         assert values == sorted(set(values), reverse=True)
@@ -103,8 +113,9 @@ def test_tiny_tasks_reach_the_least_makespan() -> None:
     assert judged
 
 
-def test_a_limit_cuts_the_plans_but_changes_none() -> None:
-    for task in solvable_tasks(5, 2, 20):
+@pytest.mark.parametrize("drawn", DRAWN)
+def test_a_limit_cuts_the_plans_but_changes_none(drawn: Draw) -> None:
+    for task in solvable_tasks(5, 2, 20, drawn):
         plans = improved(task, 100)
         for looks in (1, 5, 20):
             cut = improved(task, looks)
@@ -112,7 +123,7 @@ def test_a_limit_cuts_the_plans_but_changes_none() -> None:
 
 
 def test_the_sources_find_the_plans_that_compiled_modules_find() -> None:
-    tasks = solvable_tasks(5, 2, 20)
+    tasks = [task for drawn in DRAWN for task in solvable_tasks(5, 2, 20, drawn)]
     program = (
         "import sys\n"
         "from test_engine_search import FlatTask, improved\n"

@@ -10,14 +10,14 @@ import pytest
 from downward_versions import VERSIONS, use_version
 
 from plan_validator import PlanValidator
-from rosoclingo.pddl import translator
+from rosoclingo.pddl import alternatives, translator
 from rosoclingo.pddl.conditions import compile_conditions
 from rosoclingo.pddl.declarations import check_declarations
 from rosoclingo.pddl.domain import Domain, Problem, read_domain, read_problem
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word, parse, read_file
 from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Numbers, NumericUse
-from rosoclingo.pddl.sas import parse_sas
+from rosoclingo.pddl.sas import SasRule, parse_sas
 from rosoclingo.pddl.translator import translate
 from rosoclingo.pddl.variables import variables
 
@@ -142,7 +142,7 @@ def test_what_is_understood_passes() -> None:
     ("old", "new", "message"),
     [
         (":action-costs", ":preferences", "d:2: :preferences is not understood"),
-        ("(:action toggle", "(:derived toggle", "d:10: :derived is not understood"),
+        ("(:action toggle", "(:derived toggle", "d:10: (:derived toggle :parameters () :preco"),
         ("(not (open)) (not", "(or (open)) (not", "d:8: or in :precondition is not understood"),
         ("(increase (total-cost) 2)", "(scale-up (fuel) 2)", "d:9: scale-up in :effect is not"),
         ("(:action Move ;", "(:action ;", "d:7: one of"),
@@ -226,9 +226,13 @@ def test_what_is_not_sas_is_refused(text: str) -> None:
         parse_sas(text)
 
 
-def test_axioms_are_refused() -> None:
-    with pytest.raises(PddlError, match="needs axioms"):
-        parse_sas(SAS[: -len("0\n")] + "1\n")
+def test_rules_of_derived_variables_are_read() -> None:
+    derived = "begin_variable\nvar2\n1\n2\nAtom dark()\nNegatedAtom dark()\nend_variable\n"
+    text = SAS.replace("\n2\nbegin_variable", f"\n3\n{derived}begin_variable", 1)
+    text = text.replace("begin_state\n", "begin_state\n1\n")
+    task = parse_sas(text[: -len("0\n")] + "1\nbegin_rule\n1\n1 0\n0 1 0\nend_rule\n")
+    assert (task.strata, task.rules) == ({0: 1}, (SasRule(0, ((1, 0),)),))
+    assert task.init == (1, 1, 0)
 
 
 def test_the_remedy_is_named_without_fast_downward(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -510,8 +514,8 @@ def _compiled(needed: str, goal: str = "(done)") -> Tuple[Domain, Problem]:
         ("(or (on ?r) (not (done)))", {"act": "(and (on ?r))", "act-or-2": "(and (not (done)))"}),
         ("(forall (?b - box) (imply (red ?b) (on ?b)))", {"act": "(and (on b1))"}),
         ("(exists (?b - box) (on ?b))", {"act": "(and (on ?b-1))"}),
-        ("(not (or (on ?r) (done)))", {"act": "(and (not (on ?r)) (not (done)))"}),
-        ("(not (exists (?b - box) (on ?b)))", {"act": "(and (not (on b1)) (not (on b2)))"}),
+        ("(not (or (on ?r) (done)))", {"act": "(and (not (act-unless-1 ?r)))"}),
+        ("(not (exists (?b - box) (on ?b)))", {"act": "(and (not (act-unless-1)))"}),
         ("(or (on ?r) (and (on ?r) (done)))", {"act": "(and (on ?r))"}),
         ("(and (or (on ?r) (done)) (not (on ?r)))", {"act": "(and (done) (not (on ?r)))"}),
         ("(forall (?b - (either box robot)) (on ?b))",
@@ -521,6 +525,132 @@ def _compiled(needed: str, goal: str = "(done)") -> Tuple[Domain, Problem]:
 def test_alternatives_are_actions(needed: str, found: Dict[str, str]) -> None:
     domain, _ = _compiled(needed)
     assert {each.name: each.precondition.text for each in domain.actions[:-1]} == found
+
+
+LIGHTS = """(define (domain lights) (:requirements :derived-predicates :durative-actions)
+(:types room lamp) (:predicates (on ?l - lamp) (in ?l - lamp ?r - room) (bright ?r - room)
+  (next ?a ?b - room) (all)) (:functions (power))
+(:derived (bright ?r - room) (or (exists (?l - lamp) (and (in ?l ?r) (on ?l)))
+  (exists (?q - room) (and (next ?q ?r) (bright ?q)))))
+(:derived (all) (and (forall (?r - room) (bright ?r)) (> (power) 2)))
+(:action light :parameters (?l - lamp) :precondition (not (all)) :effect (on ?l))
+(:durative-action dim :parameters (?l - lamp) :duration (= ?duration 2)
+  :condition (over all (all)) :effect (and (at end (not (on ?l))) (at end (decrease (power) 1)))))
+"""
+LIGHTS_PROBLEM = """(define (problem p) (:domain lights) (:objects a b - room l - lamp)
+(:init (in l a) (next a b) (= (power) 5))
+(:goal (and (bright b) (not (all)))))
+"""
+
+
+def _check_lights(old: str = "", new: str = "") -> Domain:
+    assert old in LIGHTS + LIGHTS_PROBLEM
+    forms = [
+        parse(text.replace(old, new) if old else text, name)
+        for text, name in ((LIGHTS, "d"), (LIGHTS_PROBLEM, "p"))
+    ]
+    domain_form, problem_form = compile_conditions(*forms)
+    domain, problem = read_domain(domain_form), read_problem(problem_form)
+    check_declarations(domain, problem)
+    return domain
+
+
+def test_a_derived_predicate_has_a_rule_for_each_alternative() -> None:
+    assert [rule.text for rule in _check_lights().rules] == [
+        "(:derived (bright ?r - room) (exists (?l-1 - lamp) (and (in ?l-1 ?r) (on ?l-1))))",
+        "(:derived (bright ?r - room) (exists (?q-2 - room) (and (next ?q-2 ?r) (bright ?q-2))))",
+        "(:derived (all ) (and (bright a) (bright b) (all-number-1)))",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(bright ?q))", "(not (bright ?q)))", "d:5: bright depends on the contrary of bright"),
+        ("(next ?q ?r)", "(not (all))", "d:5: bright depends on the contrary of all, which"),
+        (":effect (on ?l))", ":effect (bright ?l))", "d:7: light changes bright, which is derived"),
+        (":init (in", ":init (bright a) (in", "p:2: (bright a) in :init: bright is derived"),
+        ("?b - room) (all))", "?b - room))", "d:7: all is not declared: there are bright, in,"),
+        ("(:derived (all) (and", "(:derived all (and", "d:6: (:derived all (and (forall (?r"),
+        ("(:derived (all) (and", "(:derived (all) x (and", "d:6: (:derived (all) x (and"),
+        ("(bright ?r - room) (or", "(bright a) (or", "d:4: a in (bright a): what is derived has"),
+        ("(bright ?r - room) (or", "(bright ?r ?s) (or", "d:4: (bright ?r ?s) has 2 objects"),
+        ("(?l - lamp) (and", "(?l - lmp) (and", "d:4: the type lmp is not declared"),
+        ("(in ?l ?r)", "(in ?k ?r)", "d:4: the variable ?k is no parameter"),
+        ("(> (power) 2)", "(> (powre) 2)", "d:6: powre is not declared"),
+        ("(> (power) 2)", "(assign (power) 2)", "d:6: assign in a condition is not understood"),
+        ("(> (power) 2)", "(>= (power))", "d:6: >= has two parts, and this has 1"),
+        ("(and (at end (not (on", "(and (at start (not (on",
+         "d:9: all is derived from what dim changes at its start"),
+        ("(at end (decrease", "(at start (decrease", "d:9: all is derived from what dim changes"),
+        ("(at end (not (on ?l)))", "(at start (on ?l)) (at end (not (on ?l)))",
+         "d:9: all is derived from what dim changes at its start"),
+        ("(power))", "(place ?l - lamp) - room)", "d:3: a function of the type room is not under"),
+    ],
+)  # fmt: skip
+def test_derived_predicates_are_refused_by_name_and_line(old: str, new: str, message: str) -> None:
+    with pytest.raises(PddlError, match=re.escape(message)):
+        _check_lights(old, new)
+
+
+def test_what_an_action_takes_and_gives_back_is_not_derived_from() -> None:
+    old = ":condition (over all (all)) :effect (and (at end (not (on ?l)))"
+    new = ":condition () :effect (and (at start (not (on ?l))) (at end (on ?l))"
+    with pytest.raises(PddlError, match="d:9: on is another one while dim lasts, and light needs"):
+        _check_lights(old, new)
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize(
+    ("needed", "strata"),
+    [
+        (" ".join(f"(or (on {box}) (done))" for box in ("b1", "b2")), 0),
+        (" ".join(f"(imply (red {box}) (on {box}))" for box in ("b1", "b2")), 0),
+        (" ".join(f"(or (on {a}) (on {b}))" for a in ("b1", "b2") for b in ("b1", "r1")), 3),
+        ("(forall (?b - box) (not (on ?b))) (not (done)) (not (on ?r))", 0),
+        (" ".join("(exists (?b - box) (on ?b))" for _ in range(20)), 1),
+    ],
+)
+def test_parts_of_a_condition_are_derived_only_if_they_have_to_be(
+    needed: str, strata: int, version: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use_version(monkeypatch, version)
+    monkeypatch.setattr(alternatives, "MOST_ALTERNATIVES", 2)
+    monkeypatch.setattr(alternatives, "_MOST_SIZE", 4)
+    task = translate(*_compiled(f"(and {needed})"))
+    assert len(task.strata) == strata
+    assert {one.name.split()[0] for one in task.operators} >= {"act", "put"}
+
+
+DENIED = """(define (domain denied) (:predicates (at ?p) (lit))
+(:action go :parameters (?a ?b) :precondition (and (at ?a) (not (at ?b)) (not (lit)))
+  :effect (and (not (at ?a)) (at ?b) (not (lit))))
+(:action light :parameters (?a) :precondition (and (not (at ?a)) (not (lit))) :effect (lit)))
+"""
+DENIED_PROBLEM = """(define (problem p) (:domain denied) (:objects a b c)
+(:init (at a)) (:goal (and (lit) (not (at c)))))
+"""
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("version", VERSIONS)
+def test_what_is_denied_is_in_its_place(version: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A goal that denies one of several values ended the translator."""
+    use_version(monkeypatch, version)
+    domain, problem = compile_conditions(parse(DENIED, "d"), parse(DENIED_PROBLEM, "p"))
+    task = translate(read_domain(domain), read_problem(problem))
+    by_name = {one.name: one for one in task.operators}
+    assert sorted(name for name in by_name if name.startswith("go")) == [
+        f"go {a} {b}" for a in "abc" for b in "abc" if a != b
+    ]
+    (at,) = (v for v, values in enumerate(task.variables) if "Atom at(a)" in values)
+    (lit,) = (v for v, values in enumerate(task.variables) if "Atom lit()" in values)
+    go, light = by_name["go a b"], by_name["light b"]
+    assert {variable for variable, _ in go.preconditions} == {at, lit}
+    assert ([one.variable for one in go.effects], go.exclusions) == ([at], ())
+    assert light.exclusions == ((at, task.variables[at].index("Atom at(b)")),)
+    assert len(task.strata) == 1
 
 
 def test_an_action_without_parameters_gets_those_that_exist() -> None:
@@ -536,9 +666,14 @@ def test_what_is_nested_as_deeply_as_can_be_is_compiled() -> None:
     assert domain.actions[0].precondition.text == "(and (on ?r))"
 
 
-def test_a_goal_has_no_alternatives() -> None:
-    with pytest.raises(PddlError, match=r"^p:2: the goal has 2 alternatives: .* each alternative"):
-        _compiled("(done)", "(or (done) (on b1))")
+def test_alternatives_of_a_goal_are_derived() -> None:
+    domain, problem = _compiled("(done)", "(and (on b1) (or (done) (> (load) 4)))")
+    assert problem.goal.text == "(and (on b1) (goal-if-1))"
+    assert [each.text for each in domain.rules] == [
+        "(:derived (goal-if-1 ) (and (done)))",
+        "(:derived (goal-if-1 ) (and (goal-if-1-number-1)))",
+    ]
+    assert [each.comparison.text for each in domain.tests] == ["(> (load) 4)"]
     _, problem = _compiled("(done)", "(and (forall (?b - box) (on ?b)) (not (>= (load) 4)))")
     assert problem.goal.text == "(and (on b1) (on b2))"
     assert [each.text for each in problem.comparisons] == ["(< (load) 4)"]

@@ -19,6 +19,7 @@ FlatEffects = List[Tuple[FlatPairs, int, int]]
 FlatNumbers = List[Tuple[int, int, int]]
 FlatAction = Tuple[FlatPairs, FlatPairs, FlatEffects, FlatNumbers, int, int]
 FlatRequest = Tuple[FlatPairs, List[Tuple[int, int, int]]]
+FlatRule = Tuple[FlatPairs, List[Tuple[int, int, int]], int, int]
 
 
 _PER_EVALUATION = 2e-5  # seconds
@@ -42,6 +43,12 @@ class FlatTask(NamedTuple):
             number, amount)``, with a kind of :mod:`rosoclingo.engine.kinds`; what an action takes
             of a number in several parts counts as one, and so does what it adds. The cost is not
             negative; the actor is the index of the actuator, -1 for none.
+        strata: Of each stratum, from the lowest one, its derived variables, each as ``(variable,
+            value)`` with the value that it has unless a rule says otherwise.
+        rules: The rules of derived variables, each as ``(needs, levels, variable, value)``: the
+            variable has the value if others have those of ``needs``, and numbers the levels
+            ``(number, least, most)``. A rule needs nothing of a higher stratum, and none of the
+            values of its own stratum that are there without rules.
     """
 
     domains: List[int]
@@ -50,6 +57,8 @@ class FlatTask(NamedTuple):
     levels: List[int]
     requests: List[FlatRequest]
     actions: List[FlatAction]
+    strata: Tuple[FlatPairs, ...] = ()
+    rules: Tuple[FlatRule, ...] = ()
 
     def evaluations(self, seconds: float) -> int:
         """Returns how many states a search looks at in so many seconds of a processor, about.

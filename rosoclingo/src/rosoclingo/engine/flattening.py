@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import DefaultDict, Dict, List, Tuple
 
-from rosoclingo.engine.flat import FlatAction, FlatTask
+from rosoclingo.engine.derived import NO, YES, Rule
+from rosoclingo.engine.flat import FlatAction, FlatPairs, FlatRule, FlatTask
 from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest
 
 
@@ -45,12 +46,15 @@ class _Flattener:
                 self._read.update(variable for variable, _ in change.conditions)
         for request in task.requests.values():
             self._read.update(variable for variable, _ in request.values)
+        self._rules = [*task.derivation.needed(self._read)]
         self._actuators: DefaultDict[str, int] = defaultdict(lambda: len(self._actuators))
 
     def flat(self) -> FlatTask:
         task, facts = self._task, self._facts
         actions = [self._action(action) for action in task.actions]
         requests = [self._request(request) for request in task.requests.values()]
+        rules = [self._rule(rule) for rule in self._rules]
+        strata = self._strata()
         # A variable that has no value, or one that nothing asks for, has a value of its own.
         initial = [facts[name, task.state.values.get(name, "")][1] for name in facts.variables]
         return FlatTask(
@@ -60,6 +64,8 @@ class _Flattener:
             levels=[task.state.levels.get(name, -1) for name in task.limits],
             requests=requests,
             actions=actions,
+            strata=tuple(strata),
+            rules=tuple(rules),
         )
 
     def _action(self, action: TaskAction) -> FlatAction:
@@ -77,6 +83,21 @@ class _Flattener:
             action.cost,
             self._actuators[action.actuator],
         )  # fmt: skip
+
+    def _rule(self, rule: Rule) -> FlatRule:
+        facts = self._facts
+        return (
+            [facts[fact] for fact in rule.needs],
+            [(self._numbers[name], least, most) for name, least, most in rule.bounds],
+            *facts[rule.variable, YES],
+        )
+
+    def _strata(self) -> List[FlatPairs]:
+        strata: Dict[int, FlatPairs] = {}
+        for name, stratum in self._task.derivation.strata.items():
+            if name in self._read:
+                strata.setdefault(stratum, []).append(self._facts[name, NO])
+        return [strata[stratum] for stratum in sorted(strata)]
 
     def _request(
         self, request: TaskRequest

@@ -39,7 +39,11 @@ class _Roles:
         alters: Numbers to which it adds, or that it sets.
     """
 
-    def __init__(self, reads: set, writes: set, numbers: list) -> None:
+    def __init__(self, reads: set, writes: set, numbers: list, bases: dict) -> None:
+        for variable in reads & bases.keys():
+            base, levels = bases[variable]
+            reads = (reads - {variable}) | base
+            numbers = [*numbers, *((NEEDS_MOST, number, 0) for number in levels)]
         self.reads = sorted(reads)
         self.writes = sorted(writes)
         self.takes = _numbers_of(numbers, (TAKES,))
@@ -52,19 +56,38 @@ def _numbers_of(numbers: list, kinds: tuple) -> list:
     return sorted({number for kind, number, _ in numbers if kind in kinds})
 
 
-def _roles_of_action(action: tuple) -> _Roles:
+def _bases(strata: tuple, rules: tuple) -> dict:
+    """Returns the variables and the numbers on which each derived variable rests."""
+    around: dict = {variable: (set(), set()) for stratum in strata for variable, _ in stratum}
+    for values, levels, variable, _ in rules:
+        around[variable][0].update(one for one, _ in values)
+        around[variable][1].update(number for number, _, _ in levels)
+    bases = {}
+    for variable in around:
+        seen, new = {variable}, [variable]
+        numbers: set = set()
+        while new:
+            near, levels = around.get(new.pop(), ((), ()))
+            numbers.update(levels)
+            new += [one for one in near if one not in seen]
+            seen.update(near)
+        bases[variable] = (seen - around.keys(), numbers)
+    return bases
+
+
+def _roles_of_action(action: tuple, bases: dict) -> _Roles:
     needs, others, effects, numbers, _, _ = action
     reads = {variable for variable, _ in needs + others}
     for conditions, _, _ in effects:
         reads.update(variable for variable, _ in conditions)
-    return _Roles(reads, {variable for _, variable, _ in effects}, numbers)
+    return _Roles(reads, {variable for _, variable, _ in effects}, numbers, bases)
 
 
-def _roles_of_request(request: tuple, limits: list) -> _Roles:
+def _roles_of_request(request: tuple, limits: list, bases: dict) -> _Roles:
     values, levels = request
     needs = [(NEEDS_LEAST, number, least) for number, least, _ in levels]
     needs += [(NEEDS_MOST, number, most) for number, _, most in levels if most < limits[number]]
-    return _Roles({variable for variable, _ in values}, set(), needs)
+    return _Roles({variable for variable, _ in values}, set(), needs, bases)
 
 
 class _Order:
@@ -119,7 +142,7 @@ class Improver:
             stop: Called without arguments, now and then; true ends the search.
             evaluations: How many states are looked at in all, about.
         """
-        domains, _, limits, _, requests, actions = task
+        domains, _, limits, _, requests, actions, strata, rules = task
         self._stop = stop
         self._most = evaluations
         self._search = Search(task, stop)
@@ -129,8 +152,11 @@ class Improver:
         self._actions = actions
         self._variables = len(domains)
         self._first_request = len(domains) + len(limits)
-        self._roles = [_roles_of_action(action) for action in actions]
-        self._request_roles = [_roles_of_request(request, limits) for request in requests]
+        self._bases = _bases(strata, rules)
+        self._roles = [_roles_of_action(action, self._bases) for action in actions]
+        self._request_roles = [
+            _roles_of_request(request, limits, self._bases) for request in requests
+        ]
         self._numbers = [merge_numbers(action[3], limits) for action in actions]
         actors = {action[5] for action in actions}
         self._is_sequential = len(actors) == 1 and -1 not in actors
@@ -363,9 +389,25 @@ class Improver:
                 values.update(wishes)
                 for number, least, most in number_wishes:
                     self._narrow(levels, number, least, most)
+            self._settle(self._plan[position], self._trace[position + 1], values, levels)
             self._regress_over(self._plan[position], self._trace[position], values, levels)
             self._rest.append((values, levels))
         self._rest.reverse()
+
+    def _settle(self, index: int, state, values: dict, levels: dict) -> None:
+        """Replaces derived values that an action may change by all on which they rest."""
+        if not self._bases:
+            return
+        roles = self._roles[index]
+        for variable in [one for one in values if one in self._bases]:
+            base, numbers = self._bases[variable]
+            if base.isdisjoint(roles.writes) and numbers.isdisjoint(roles.alters + roles.takes):
+                continue
+            del values[variable]
+            values.update((one, state[one]) for one in base)
+            for number in numbers:
+                level = state[self._variables + number]
+                self._narrow(levels, number, level, level)
 
     def _regress_over(self, index: int, state, values: dict, levels: dict) -> None:
         needs, others, effects, _, _, _ = self._actions[index]

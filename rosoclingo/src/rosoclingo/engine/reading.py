@@ -21,6 +21,7 @@ from typing import Container, DefaultDict, Dict, Iterable, List, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.engine.actions import ActionReader
+from rosoclingo.engine.derived import Derivation, Rule
 from rosoclingo.engine.moves import Moves
 from rosoclingo.engine.relevance import Relevance
 from rosoclingo.engine.rows import MOST_AMOUNT, SEPARATOR, TaskRows, joined, level_of, read_rows
@@ -49,6 +50,7 @@ class TaskReader:
         self.has_facts = False
         self._facts: TaskRows = {}
         self._actions = ActionReader({})
+        self._derivation = Derivation()
         self._map = WayMap({})
         self._ways: object = None  # those of the map
 
@@ -56,6 +58,7 @@ class TaskReader:
         """Reads what is said in base."""
         self._facts = read_rows(symbols)
         self._actions = ActionReader(self._facts)
+        self._derivation = _derivation(self._facts)
         self.has_facts = True
         self._ways = None
 
@@ -79,6 +82,7 @@ class TaskReader:
             raise TaskError("a variable has two values")
         levels = {name: level_of(values.pop(name)) for name in limits if name in values}
         state = TaskState(values, {name: level for name, level in levels.items() if level >= 0})
+        derivation = self._derivation
         rows = joined({name: self._facts.get(name, []) for name in _OF_MAPS}, new)
         actions = self._actions.read(new, limits)
         requests = _requests(new["wish"], limits)
@@ -91,7 +95,7 @@ class TaskReader:
             reserving=rows["reserves"],
         )
         actions = [moves.reserving(action) for action in actions]
-        relevance = Relevance(state, actions, requests, moves)
+        relevance = Relevance(state, actions, requests, moves, derivation)
         return PlanningTask(
             state,
             limits,
@@ -100,6 +104,7 @@ class TaskReader:
             tuple(slot for slot in requests if slot in relevance.hopeless),
             _left(followed, step, {choice for (choice,) in new["failed"]}),
             min(((int(n), slot) for slot, n in new["overdue"]), default=(0, ""))[1],
+            derivation,
         )
 
     def _map_of(self, rows: TaskRows) -> WayMap:
@@ -112,6 +117,24 @@ class TaskReader:
             self._ways = key
             self._map = WayMap({way: n for way, n in ways.items() if way not in closed})
         return self._map
+
+
+def _derivation(rows: TaskRows) -> Derivation:
+    needs: DefaultDict[str, List[TaskFact]] = defaultdict(list)
+    bounds: DefaultDict[str, List[Tuple[str, int, int]]] = defaultdict(list)
+    for index, variable, value in rows.get("given", ()):
+        needs[index].append((variable, value))
+    for index, name, amount in rows.get("given_least", ()):
+        bounds[index].append((name, int(amount), MOST_AMOUNT))
+    for index, name, amount in rows.get("given_most", ()):
+        bounds[index].append((name, 0, int(amount)))
+    return Derivation(
+        [variable for (variable,) in rows.get("derived", ())],
+        [
+            Rule(variable, tuple(needs[index]), tuple(bounds[index]))
+            for index, variable in rows.get("rule", ())
+        ],
+    )
 
 
 def _requests(rows: Sequence[Sequence[str]], limits: Dict[str, int]) -> Dict[str, TaskRequest]:

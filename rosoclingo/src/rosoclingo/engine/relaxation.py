@@ -45,7 +45,7 @@ class _Facts:
     """Numbers the facts of a task."""
 
     def __init__(self, task: tuple) -> None:
-        domains, _, limits, _, requests, actions = task
+        domains, _, limits, _, requests, actions, _, rules = task
         self.limits = limits
         self.size = 0
         self.offsets = []
@@ -65,8 +65,20 @@ class _Facts:
             for number, least, most in wishes:
                 self._add_threshold(number, True, least)
                 self._add_threshold(number, False, most)
+        self.denied = _denied(task)
+        for values, levels, variable, _ in rules:
+            for number, least, most in levels:
+                self._add_threshold(number, True, least)
+                self._add_threshold(number, False, most)
+                if variable in self.denied:
+                    self._add_threshold(number, False, least - 1)
+                    self._add_threshold(number, True, most + 1)
+            for pair in values if variable in self.denied else ():
+                self._add_other(pair)
         self.met = range(self.size, self.size + len(requests))
         self.size += len(requests)
+        self.broken = range(self.size, self.size + len(rules))  # some need of the rule is not met
+        self.size += len(rules) if self.denied else 0
 
     def _add_other(self, pair: tuple) -> None:
         if pair not in self.others:
@@ -95,6 +107,31 @@ class _Facts:
             or (kind == TAKES and not least and threshold >= 0)
             or (kind == BECOMES and (amount >= threshold if least else amount <= threshold))
         ]
+
+
+def _denied(task: tuple) -> set:
+    """Returns the derived variables of which it matters that no rule derives them."""
+    _, _, _, _, requests, actions, strata, rules = task
+    without = {pair for stratum in strata for pair in stratum}
+    read = {pair for values, _ in requests for pair in values}
+    read.update(pair for values, _, _, _ in rules for pair in values)
+    denied: set = set()
+    for needs, others, effects, _, _, _ in actions:
+        read.update(needs)
+        read.update(pair for conditions, _, _ in effects for pair in conditions)
+        denied.update(variable for variable, _ in others)
+    denied.update(variable for variable, _ in read & without)
+    denied &= {variable for variable, _ in without}
+    around: dict = {}
+    for values, _, variable, _ in rules:
+        around.setdefault(variable, set()).update(one for one, _ in values)
+    derived = {variable for variable, _ in without}
+    new = list(denied)
+    while new:
+        for one in (around.get(new.pop(), set()) & derived) - denied:
+            denied.add(one)
+            new.append(one)
+    return denied
 
 
 def number_needs(numbers: list, limits: list) -> list:
@@ -249,6 +286,10 @@ class RelaxedTask:
             all_effects.append([facts.met[index]])
             actions.append(-1)
             base.append(0)
+        first_rule = len(actions)
+        self._add_rules(task, all_needs, all_effects)
+        actions += [-1] * (len(all_needs) - first_rule)
+        base += [0] * (len(all_needs) - first_rule)
         self._join_operators(all_needs, all_effects)
         self.has_actuators = len({action[5] for action in task[5]} - {-1}) > 1
         if self.has_actuators:
@@ -257,7 +298,45 @@ class RelaxedTask:
         self.is_base = self.keep(base)
         self.weights = self.keep([0] * len(task[5]))
         self.start_costs = self.keep([0] * len(actions))
+        for operator in range(first_rule, len(actions)):
+            if not all_needs[operator]:
+                self.start_costs[operator] = 1
         self.set_weights([1] * len(task[5]))
+
+    def _add_rules(self, task: tuple, all_needs: list, all_effects: list) -> None:
+        """Adds operators that cost nothing, and by which rules derive values, or cease to do so.
+
+        A rule is broken as soon as one of its needs is not met. One that needs what is derived in
+        its own stratum, and so in a circle, counts as broken for a cost of 1: that may cease, too.
+        """
+        facts, offsets = self.facts, self.facts.offsets
+        stratum_of = {pair[0]: n for n, stratum in enumerate(task[6]) for pair in stratum}
+        rules_of: dict = {}
+        for index, (values, levels, variable, value) in enumerate(task[7]):
+            rules_of.setdefault(variable, []).append(index)
+            needs = [offsets[one] + wanted for one, wanted in values]
+            for number, least, most in levels:
+                needs.append(facts.thresholds[number, True, least])
+                needs.append(facts.thresholds[number, False, most])
+            all_needs.append(list(dict.fromkeys(needs)))
+            all_effects.append(facts.of_value(variable, value))
+            if variable not in facts.denied:
+                continue
+            ends = []
+            for one, wanted in values:
+                is_same = stratum_of.get(one, -1) == stratum_of[variable]
+                ends.append([] if is_same else [facts.others[one, wanted]])
+            for number, least, most in levels:
+                ends.append([facts.thresholds[number, False, least - 1]])
+                ends.append([facts.thresholds[number, True, most + 1]])
+            all_needs += ends
+            all_effects += [[facts.broken[index]] for _ in ends]
+        for stratum in task[6]:
+            for variable, value in stratum:
+                if variable not in facts.denied:
+                    continue
+                all_needs.append([facts.broken[rule] for rule in rules_of.get(variable, [])])
+                all_effects.append(facts.of_value(variable, value))
 
     def _join_operators(self, all_needs: list, all_effects: list) -> None:
         users: list = [[] for _ in range(self.facts_size)]

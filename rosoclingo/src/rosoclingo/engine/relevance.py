@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import DefaultDict, Dict, Iterable, List, Mapping, Sequence, Set, Tuple
 
+from rosoclingo.engine.derived import NO, UNDERIVED, YES, Derivation, Rule
 from rosoclingo.engine.moves import Moves
-from rosoclingo.engine.task import Kind, TaskAction, TaskFact, TaskRequest, TaskState
+from rosoclingo.engine.task import Change, Kind, TaskAction, TaskFact, TaskRequest, TaskState
 
 _RAISES = (Kind.ADDS, Kind.BECOMES)
 _LOWERS = (Kind.TAKES, Kind.BECOMES)
@@ -29,8 +30,14 @@ class Relevance:
         actions: Sequence[TaskAction],
         requests: Mapping[str, TaskRequest],
         moves: Moves,
+        derivation: Derivation = UNDERIVED,
     ) -> None:
         self._state = state
+        self._derivation = derivation
+        self._rules_of: DefaultDict[str, List[Rule]] = defaultdict(list)
+        for rule in derivation.rules:
+            self._rules_of[rule.variable].append(rule)
+        actions = [*actions, *map(_as_action, derivation.rules)]
         self._moves = moves
         self._requests = requests
         self._spots: DefaultDict[str, Dict[str, None]] = defaultdict(dict)  # by at(R)
@@ -84,6 +91,8 @@ class Relevance:
             missing.append(conditions)
         for fact in self._state.values.items():
             reach(fact)
+        for derived in self._derivation.strata:  # what it rests on may not hold any more
+            reach((derived, NO))
         for number in range(len(actions)):
             fulfil(number)
         while new:
@@ -166,6 +175,12 @@ class Relevance:
         while new:
             what = new.pop()
             assert isinstance(what, tuple)
+            for rule in self._rules_of.get(what[0], ()) if what[1] == NO else ():
+                for variable, value in rule.needs:
+                    want_values(variable, value)
+                for name, _, _ in rule.bounds:
+                    want((name, True))
+                    want((name, False))
             robot = self._robot(what[0])
             if robot and robot not in robots:
                 robots.add(robot)
@@ -188,7 +203,11 @@ class Relevance:
                         want((name, True))
                     elif kind in (Kind.ADDS, Kind.MOST):
                         want((name, False))
-        ordered = [action for action in self._possible if id(action) in helpful]
+        ordered = [
+            action
+            for action in self._possible
+            if id(action) in helpful and action.actuator  # none does what is derived
+        ]
         return [*ordered, *self._ways(ordered, sorted(robots))]
 
     def _ways(self, actions: Sequence[TaskAction], robots: Sequence[str]) -> Iterable[TaskAction]:
@@ -209,6 +228,19 @@ class Relevance:
             for start in starts:
                 if (variable, start) in self._reached:
                     yield from self._moves.ways(robot, start, ends)
+
+
+def _as_action(rule: Rule) -> TaskAction:
+    """Returns a rule as an action that derives its variable."""
+    levels = [
+        (kind, name, level)
+        for name, least, most in rule.bounds
+        for kind, level in ((Kind.LEAST, least), (Kind.MOST, most))
+    ]
+    return TaskAction(
+        "", rule.variable, needs=rule.needs, changes=(Change(rule.variable, YES),),
+        numbers=tuple(levels),
+    )  # fmt: skip
 
 
 def _fits(amount: int, bound: int, is_least: bool) -> bool:

@@ -81,6 +81,7 @@ def _needed(task: PlanningTask, plan: List[int], met: Mapping[str, int]) -> List
             if when == position:
                 needed.update(variable for variable, _ in task.requests[slot].values)
                 needed.update(number for number, _, _ in task.requests[slot].bounds)
+        needed = {base for name in needed for base in task.derivation.basis(name)}
         action = task.actions[plan[position - 1]]
         changed = {change.variable for change in action.changes}
         changed.update(name for kind, name, _ in action.numbers if kind in _CHANGING)
@@ -113,7 +114,8 @@ def _precedes(task: PlanningTask, first: int, second: int) -> bool:
     """Tells whether one action reads what another one changes, and does not change it."""
     changed = {change.variable for change in task.actions[second].changes}
     own = {change.variable for change in task.actions[first].changes}
-    return first != second and bool((_read(task.actions[first]) - own) & changed)
+    read = {base for name in _read(task.actions[first]) for base in task.derivation.basis(name)}
+    return first != second and bool((read - own) & changed)
 
 
 def _read(action: TaskAction) -> Set[str]:

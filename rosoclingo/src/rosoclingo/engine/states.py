@@ -87,6 +87,22 @@ class States:
     level_starts: cython.p_int
     levels: cython.p_int  # number's entry in the state, least, most
     unmet: cython.int
+    strata_size: cython.int
+    stratum_starts: cython.p_int  # of each stratum
+    derived: cython.p_int  # variable, the value that it has without a rule
+    rules_size: cython.int
+    rule_needs: cython.p_int  # how many values each rule needs
+    rule_missing: cython.p_int
+    rule_facts: cython.p_int  # what each rule derives: variable, value
+    reading_size: cython.int
+    reading: cython.p_int  # variables that rules read, and that are not derived
+    fact_offsets: cython.p_int  # of each variable
+    fact_user_starts: cython.p_int  # of each value of each variable
+    fact_users: cython.p_int  # rules
+    tests_size: cython.int
+    tests: cython.p_int  # rule, number's entry in the state, least, most
+    derived_stack: cython.p_int  # variables
+    stacked: cython.int
     word_of: cython.p_int
     shift_of: cython.p_int
     mask_of: cython.p_int
@@ -112,7 +128,7 @@ class States:
         Args:
             task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
         """
-        domains, initial, limits, levels, requests, actions = task
+        domains, initial, limits, levels, requests, actions, strata, rules = task
         self.owned = []
         self.variables = len(domains)
         self.requests = len(requests)
@@ -120,6 +136,7 @@ class States:
         self.entries = self.first_request + len(requests)
         self._build_actions(actions, limits)
         self._build_requests(requests)
+        self._build_rules(domains, strata, rules)
         self._build_words(task)
         self.state = array("i", initial + levels + [0] * (len(requests) + 1))
         self.current = ints(self.state)
@@ -191,9 +208,112 @@ class States:
         self.level_starts = self.keep(level_starts)
         self.levels = self.keep(levels)
 
+    def _build_rules(self, domains: list, strata: tuple, rules: tuple) -> None:
+        offsets = []
+        total: int = 0
+        for size in domains:
+            offsets.append(total)
+            total += size
+        users: list = [[] for _ in range(total)]
+        facts, tests, needs = [], [], []
+        read: set = set()
+        for rule, (values, levels, variable, value) in enumerate(rules):
+            facts += [variable, value]
+            needs.append(len(values) + len(levels))
+            for one, wanted in values:
+                users[offsets[one] + wanted].append(rule)
+                read.add(one)
+            for number, least, most in levels:
+                tests += [rule, self.variables + number, least, most]
+        starts, user_starts, all_users, pairs = [0], [0], [], []
+        for stratum in strata:
+            for variable, value in stratum:
+                pairs += [variable, value]
+                read.discard(variable)
+            starts.append(len(pairs))
+        for using in users:
+            all_users += using
+            user_starts.append(len(all_users))
+        self.strata_size = len(strata)
+        self.stratum_starts = self.keep(starts)
+        self.derived = self.keep(pairs)
+        self.rules_size = len(rules)
+        self.rule_needs = self.keep(needs)
+        self.rule_missing = self.keep(needs)
+        self.rule_facts = self.keep(facts)
+        self.reading_size = len(read)
+        self.reading = self.keep(sorted(read))
+        self.fact_offsets = self.keep(offsets)
+        self.fact_user_starts = self.keep(user_starts)
+        self.fact_users = self.keep(all_users)
+        self.tests_size = len(tests)
+        self.tests = self.keep(tests)
+        self.derived_stack = self.keep([0] * (len(pairs) // 2 + 1))
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def derive(self) -> cython.void:
+        """Gives all derived variables their values, stratum by stratum."""
+        i: cython.int
+        stratum: cython.int
+        level: cython.int
+        last: cython.int
+        self.stacked = 0
+        last = self.stratum_starts[self.strata_size]
+        i = 0
+        while i < last:
+            self.current[self.derived[i]] = self.derived[i + 1]
+            i += 2
+        for i in range(self.rules_size):
+            self.rule_missing[i] = self.rule_needs[i]
+            if self.rule_needs[i] == 0:
+                self.conclude(i)
+        i = 0
+        while i < self.tests_size:
+            level = self.current[self.tests[i + 1]]
+            if self.tests[i + 2] <= level <= self.tests[i + 3]:
+                self.fulfil(self.tests[i])
+            i += 4
+        for i in range(self.reading_size):
+            self.tell(self.reading[i])
+        for stratum in range(self.strata_size):
+            while self.stacked > 0:
+                self.stacked -= 1
+                self.tell(self.derived_stack[self.stacked])
+            i = self.stratum_starts[stratum]
+            while i < self.stratum_starts[stratum + 1]:
+                if self.current[self.derived[i]] == self.derived[i + 1]:
+                    self.tell(self.derived[i])
+                i += 2
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def tell(self, variable: cython.int) -> cython.void:
+        """Tells rules which value a variable has."""
+        i: cython.int
+        fact: cython.int = self.fact_offsets[variable] + self.current[variable]
+        for i in range(self.fact_user_starts[fact], self.fact_user_starts[fact + 1]):
+            self.fulfil(self.fact_users[i])
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def fulfil(self, rule: cython.int) -> cython.void:
+        self.rule_missing[rule] -= 1
+        if self.rule_missing[rule] == 0:
+            self.conclude(rule)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def conclude(self, rule: cython.int) -> cython.void:
+        variable: cython.int = self.rule_facts[2 * rule]
+        if self.current[variable] != self.rule_facts[2 * rule + 1]:
+            self.current[variable] = self.rule_facts[2 * rule + 1]
+            self.derived_stack[self.stacked] = variable
+            self.stacked += 1
+
     def _build_words(self, task: tuple) -> None:
         """Decides which bits of a stored state have which entry of the state."""
-        domains, _, limits, levels, requests, actions = task
+        domains, _, limits, levels, requests, actions, _, _ = task
         highest = [size - 1 for size in domains]
         tops = [max(pair) for pair in zip(limits, levels)]
         for _, _, _, numbers, _, _ in actions:
@@ -224,6 +344,7 @@ class States:
         i: cython.int
         for i in range(self.entries):
             self.current[i] = state[i]
+        self.derive()
         self.size = 0
         if len(self.rows_array) == 0:
             self.grow()
@@ -270,6 +391,7 @@ class States:
         applied = []
         for i in range(self.entries):
             self.current[i] = self.initial[i]
+        self.derive()
         self.meet()
         if trace is not None:
             trace.append(self.state[:])
@@ -363,6 +485,8 @@ class States:
             else:
                 current[self.changes[i]] = self.changes[i + 2]
             i += 3
+        if self.strata_size > 0:
+            self.derive()
 
     @cython.cfunc
     @cython.exceptval(check=False)

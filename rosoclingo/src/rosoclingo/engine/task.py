@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Dict, Iterator, List, Mapping, Sequence, Tuple
 
 from rosoclingo.engine import kinds
+from rosoclingo.engine.derived import UNDERIVED, Derivation
 from rosoclingo.errors import TaskError
 
 TaskFact = Tuple[str, str]
@@ -121,6 +122,7 @@ class PlanningTask:
         hopeless: Requests for which nothing that can be done is enough.
         left: What is left of the plan before, in order.
         elder: The request that has waited longest of those that have waited too long; else empty.
+        derivation: The variables whose values follow from those of others.
     """
 
     state: TaskState
@@ -130,6 +132,7 @@ class PlanningTask:
     hopeless: Tuple[str, ...] = ()
     left: Sequence[Sequence[TaskFact]] = ()
     elder: str = ""
+    derivation: Derivation = UNDERIVED
 
     def execute(self, plan: Sequence[int]) -> Executed:
         """Does actions in an order.
@@ -168,6 +171,7 @@ class PlanningTask:
                 state.levels[number_] += amount
             elif kind is Kind.BECOMES:
                 state.levels[number_] = amount
+        self.derivation.derive(state.values, state.levels)
 
     def obstacles(self, action: TaskAction, state: TaskState) -> Iterator[str]:
         """Yields why an action is not possible, in sentences."""
@@ -211,6 +215,7 @@ class PlanningTask:
             wishes += [f"{least} <= {number} <= {most}" for number, least, most in request.bounds]
             yield f"request {slot} wants {', '.join(wishes)}"
         yield from (f"request {slot} is out of reach" for slot in self.hopeless)
+        yield from map(str, self.derivation.rules)
         for action in self.actions:
             yield from _describe(action)
 

@@ -17,8 +17,8 @@ _PROGRAM = "pddl.py"
 _EPILOG = """\
 It needs Fast Downward: pip install up-fast-downward. Requirements: :strips :typing
 :negative-preconditions :equality :conditional-effects :action-costs :numeric-fluents
-:durative-actions :adl; what is not understood is refused by name, file and line. Exit status: 0, or
-2 if the task or an option is not understood; then nothing is written."""
+:durative-actions :derived-predicates :adl; what is not understood is refused by name, file and
+line. Exit status: 0, or 2 if the task or an option is not understood; then nothing is written."""
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:

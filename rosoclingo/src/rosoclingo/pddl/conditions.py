@@ -6,43 +6,38 @@ The action::
       :precondition (or (unlocked ?d) (exists (?k - key) (and (have ?k) (fits ?k ?d)))))
 
 becomes ``open ?d``, which needs ``(unlocked ?d)``, and ``open-or-2 ?d ?k``, which needs the rest:
-each alternative is an action, and what exists is one more object of it. ``forall`` becomes a
-conjunction over all objects, ``(either a b)`` a predicate that holds for objects of both types, and
-an effect with alternatives under ``when`` several effects. A goal cannot have alternatives.
+each alternative is an action, and what exists is one more object of it. ``(either a b)`` becomes a
+predicate that holds for objects of both types, and an effect with alternatives under ``when``
+several effects. Alternatives in a goal, and a great many of them elsewhere, become derived
+predicates, and a derived predicate gets one rule for each alternative.
 """
 
 from __future__ import annotations
 
-import itertools
-from typing import (
-    AbstractSet,
-    Callable,
-    Collection,
-    Dict,
-    FrozenSet,
-    Iterator,
-    List,
-    Mapping,
-    Sequence,
-    Tuple,
-)  # fmt: skip
+import math
+from typing import Callable, Collection, Dict, Iterator, List, Mapping, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
-from rosoclingo.pddl.domain import typed_list
+from rosoclingo.pddl.alternatives import (
+    MOST_ALTERNATIVES,
+    Alternative,
+    Alternatives,
+    denials,
+    either,
+    formula,
+    is_complex,
+    one_type_each,
+    rule,
+)
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word, list_form
-from rosoclingo.pddl.support import CHANGES, PddlPart, is_comparison
+from rosoclingo.pddl.rules import rule_parts
+from rosoclingo.pddl.support import DERIVED, PddlPart, is_comparison
+from rosoclingo.pddl.typed import typed_list
 
-_MOST = 200  # alternatives of one action: the planner grounds each of them
-_COMPOUND = ("and", "or", "not", "imply", "forall", "exists")
-_CONTRARY = {"<": (">=",), "<=": (">",), ">=": ("<",), ">": ("<=",), "=": ("<", ">")}
 _MOMENTS = ("at start", "at end", "over all")
 _ACTIONS = (":action", ":durative-action")
-
-_Alternative = Tuple[Tuple[Tuple[str, str], ...], Tuple[ListForm, ...]]
-"""Further variables with their types, and the literals that have to hold."""
-
-_TRUE: List[_Alternative] = [((), ())]
-_FALSE: List[_Alternative] = []
+_MOST_DENIALS = 1  # of one condition, before they become one
+_MOST_DENIALS_OF_EFFECTS = 2
 
 
 def compile_conditions(
@@ -56,7 +51,7 @@ def compile_conditions(
         changing: Predicates whose facts may change though no action changes them.
 
     Raises:
-        PddlError: A condition is malformed, has too many alternatives, or the goal has some.
+        PddlError: A condition is malformed, or has far too many alternatives.
     """
     compiler = _Compiler(domain, problem, changing)
     actions = [new for part in domain.parts for new in compiler.section(part)]
@@ -70,21 +65,28 @@ class _Compiler:
     """Knows the objects and facts that conditions are about."""
 
     def __init__(self, domain: ListForm, problem: ListForm, changing: Collection[str]) -> None:
-        self._supertypes: Dict[str, str] = {}
-        self._objects: Dict[str, str] = {}
+        supertypes: Dict[str, str] = {}
+        objects: Dict[str, str] = {}
         for part in domain.lists(":types"):
-            self._supertypes.update(typed_list(part.parts[1:], may_repeat=True))
+            supertypes.update(typed_list(part.parts[1:], may_repeat=True))
         for part in (*domain.lists(":constants"), *problem.lists(":objects")):
-            self._objects.update(typed_list(part.parts[1:]))
+            objects.update(typed_list(part.parts[1:]))
         actions = list(domain.lists(*_ACTIONS))
         effects = [v for action in actions for k, v in _keys(action) if k.text == ":effect"]
         changed = {head for effect in effects for head in _changed(effect)}
-        names = {f.head for part in domain.lists(":predicates") for f in part.lists()}
-        self._static: AbstractSet[str] = names - changed - set(changing)
-        self._facts = {f.text for part in problem.lists(":init") for f in part.parts}
-        self._names = {action.parts[1].text for action in actions if len(action.parts) > 1}
+        derived = {head.head for form in domain.lists(DERIVED) for head in [*form.lists()][:1]}
+        predicates = {f.head for part in domain.lists(":predicates") for f in part.lists()}
+        facts = {f.text for part in problem.lists(":init") for f in part.parts}
+        self._names: Set[str] = {action.parts[1].text for action in actions if action.parts[1:]}
+        self._conditions = Alternatives(
+            objects,
+            supertypes,
+            static=predicates - changed - derived - set(changing),
+            derived=derived,
+            facts=facts,
+            names=self._names | predicates,
+        )
         self._eithers: Dict[str, Tuple[str, ...]] = {}
-        self._fresh = itertools.count(1)
 
     # -- sections ---------------------------------------------------------------------------------
 
@@ -92,46 +94,66 @@ class _Compiler:
         """Yields the sections of the domain that replace one."""
         if isinstance(part, ListForm) and part.head in _ACTIONS:
             yield from self._action(part)
+        elif isinstance(part, ListForm) and part.head == DERIVED:
+            yield from self._derived(part)
         elif isinstance(part, ListForm) and part.head in (":predicates", ":functions"):
             yield _mapped(part, _plain_types)
         else:
             yield part
 
     def declared(self, domain: ListForm) -> ListForm:
-        """Returns a domain with the predicates that stand for several types."""
+        """Returns a domain with the predicates that were made, and their rules."""
         made = [list_form(domain.place, name, "?x") for name in self._eithers]
+        rules = self._conditions.rules
+        heads = {head.head: head for each in rules for head in [formula(each.parts[1])]}
+        made += heads.values()
         if made and not list(domain.lists(":predicates")):
             domain = list_form(domain.place, *domain.parts, list_form(domain.place, ":predicates"))
-        return _extended(domain, ":predicates", made)
+        domain = _extended(domain, ":predicates", made)
+        return list_form(domain.place, *domain.parts, *rules)
 
     def stated(self, problem: ListForm) -> ListForm:
         """Returns a problem with the facts of those predicates."""
         made = [
             list_form(problem.place, name, each)
             for name, types in self._eithers.items()
-            for each in self._of(types)
+            for each in self._conditions.objects_of(types)
         ]
         return _extended(problem, ":init", made)
 
     def goal(self, part: PddlPart) -> PddlPart:
-        """Returns the goal without quantifiers; other sections stay as they are."""
+        """Returns the goal as a conjunction of literals; other sections stay as they are."""
         if not isinstance(part, ListForm) or part.head != ":goal" or len(part.parts) != 2:
             return part
         form = part.parts[1]
-        if not isinstance(form, ListForm) or not _is_complex(form):
+        if not isinstance(form, ListForm) or not (is_complex(form) or denials(form)):
             return part
-        alternatives = self._alternatives(form, True, {}, is_goal=True)
-        if not alternatives:
-            raise PddlError(f"{form.place}: the goal can never be met, whatever is done")
-        if len(alternatives) > 1:
-            place = next((f.place for f in form.forms() if f.head in _COMPOUND[1:]), form.place)
-            raise PddlError(
-                f"{place}: the goal has {len(alternatives)} alternatives: a goal is what holds "
-                "together; request each alternative as a goal of its own"
-            )
-        return list_form(
-            part.place, part.parts[0], list_form(form.place, "and", *alternatives[0][1])
-        )
+        self._enter("goal", list_form(part.place))
+        wanted: List[ListForm] = []
+        for alternatives in self._conditions.conjuncts(form):
+            if not alternatives:
+                raise PddlError(f"{form.place}: the goal can never be met, whatever is done")
+            if len(alternatives) > 1 or alternatives[0][0]:
+                wanted += self._conditions.as_fact(alternatives, form.place)[0][1]
+            else:
+                wanted += alternatives[0][1]
+        literals = [self._conditions.without_negations([each], 0)[0] for each in wanted]
+        return list_form(part.place, part.parts[0], list_form(form.place, "and", *literals))
+
+    def _derived(self, form: ListForm) -> Iterator[ListForm]:
+        """Yields a rule for each alternative of a derived predicate's condition."""
+        head, condition = rule_parts(form)
+        plain, typed = self._parameters(list_form(head.place, *head.parts[1:]))
+        self._enter(head.head, plain)
+        found = self._conditions.of(condition)
+        for alternative in self._conditions.all_of([[((), tuple(typed))], found], condition):
+            variables, literals = alternative
+            literals = self._conditions.without_negations(literals, _MOST_DENIALS)
+            yield rule(list_form(head.place, head.parts[0], *plain.parts), (variables, literals))
+
+    def _enter(self, owner: str, parameters: ListForm) -> None:
+        self._conditions.owner = owner
+        self._conditions.scope = typed_list(parameters.parts)
 
     # -- actions ----------------------------------------------------------------------------------
 
@@ -145,16 +167,20 @@ class _Compiler:
             yield action  # malformed, as who reads it says
             return
         parameters, typed = self._parameters(parameters)
+        self._enter(action.parts[1].text, parameters)
         effect = found.get(":effect")
         changed = {":effect": self._effect(effect)} if isinstance(effect, ListForm) else {}
-        if not (typed or _is_complex(condition)):
+        if not (typed or is_complex(condition) or denials(condition) > _MOST_DENIALS):
             yield _written(action, action.parts[1], changed)
             return
-        inner = self._timed(condition) if timed else self._alternatives(condition, True, {})
+        inner = self._timed(condition) if timed else self._conditions.of(condition)
         if timed:
             typed = [list_form(each.place, "at", "start", each) for each in typed]
-        alternatives = _product([((), tuple(typed))], inner, condition)
-        for number, (variables, literals) in enumerate(alternatives, 1):
+        alternatives = self._conditions.all_of([[((), tuple(typed))], inner], condition)
+        for number, (variables, needed) in enumerate(alternatives, 1):
+            literals = needed
+            if not timed:
+                literals = self._conditions.without_negations(needed, _MOST_DENIALS)
             name = action.parts[1]
             if number > 1:
                 name = Word(self._new_name(f"{name.text}-or-{number}"), name.place)
@@ -176,7 +202,7 @@ class _Compiler:
         is_type = False
         for part in parameters.parts:
             if isinstance(part, ListForm):
-                types = _either(part)
+                types = either(part)
                 name = f"either-{'-'.join(types)}"
                 self._eithers[name] = types
                 atoms += [list_form(part.place, name, each) for each in waiting]
@@ -193,13 +219,20 @@ class _Compiler:
         inner = form.parts[1:]
         first = inner[0] if len(inner) == 2 else None
         if form.head == "forall" and isinstance(first, ListForm):
+            for each in one_type_each(first):
+                self._conditions.scope.update(typed_list(each.parts))
             body = self._effect(inner[1]) if isinstance(inner[1], ListForm) else inner[1]
-            made = [list_form(form.place, "forall", each, body) for each in _one_type_each(first)]
+            made = [list_form(form.place, "forall", each, body) for each in one_type_each(first)]
         elif form.head == "when" and isinstance(first, ListForm):
-            if not _is_complex(first):
+            has_numbers = any(map(is_comparison, first.forms()))
+            if not (is_complex(first) or has_numbers or denials(first) > _MOST_DENIALS_OF_EFFECTS):
                 return form
             made = []
-            for variables, literals in self._alternatives(first, True, {}):
+            found = self._conditions.of(first)
+            if has_numbers:  # which rules can ask for, and conditions of effects cannot
+                found = self._conditions.as_fact(found, form.place)
+            for variables, needed in found:
+                literals = self._conditions.without_negations(needed, _MOST_DENIALS_OF_EFFECTS)
                 one = list_form(
                     form.place, "when", list_form(form.place, "and", *literals), inner[1]
                 )
@@ -213,110 +246,37 @@ class _Compiler:
             return form
         return made[0] if len(made) == 1 else list_form(form.place, "and", *made)
 
-    # -- conditions -------------------------------------------------------------------------------
-
-    def _timed(self, form: ListForm) -> List[_Alternative]:
+    def _timed(self, form: ListForm) -> List[Alternative]:
         """Returns the alternatives of a condition whose parts have moments."""
-        if form.head == "and" or not form.parts:
-            found = _TRUE
-            for part in form.parts[1:]:
-                found = _product(found, self._timed(_formula(part)), form)
-            return found
-        moment = form.parts[:2]
-        if " ".join(p.text for p in moment) not in _MOMENTS or len(form.parts) != 3:
-            raise PddlError(f"{form.place}: {shorten(form.text)} is not understood: there can be "
-                            + ", ".join(f"({each} ...)" for each in _MOMENTS))  # fmt: skip
-        return [
-            (variables, tuple(list_form(each.place, *moment, each) for each in literals))
-            for variables, literals in self._alternatives(_formula(form.parts[2]), True, {})
+        parts = [
+            (moment, self._conditions.of(condition)) for moment, condition in _moments_of(form)
         ]
+        if math.prod(len(found) for _, found in parts) > MOST_ALTERNATIVES:
+            parts = [
+                (moment, self._conditions.as_fact(found, form.place) if found[1:] else found)
+                for moment, found in parts
+            ]
+        wrapped = [
+            [
+                (variables, tuple(list_form(each.place, *moment, each) for each in literals))
+                for variables, literals in found
+            ]
+            for moment, found in parts
+        ]
+        return self._conditions.all_of(wrapped, form)
 
-    def _alternatives(
-        self, form: ListForm, holds: bool, objects: Mapping[str, str], *, is_goal: bool = False
-    ) -> List[_Alternative]:
-        """Returns the alternatives by which a condition holds, or does not.
 
-        Args:
-            form: The condition.
-            holds: Whether it is to hold.
-            objects: What stands for its variables.
-            is_goal: Whether what exists is to be named, as a goal has no variables.
-        """
-        if form.head not in _COMPOUND:
-            return self._literal(form, holds, objects) if form.parts else _TRUE
-        inner = form.parts[1:]
-        parts: List[Tuple[ListForm, bool, Mapping[str, str]]]
-        if form.head == "not":
-            (only,) = _formulas(form, 1)
-            return self._alternatives(only, not holds, objects, is_goal=is_goal)
-        if form.head in ("forall", "exists"):
-            if len(inner) != 2 or not isinstance(inner[0], ListForm):
-                raise PddlError(f"{form.place}: {form.head} has variables and a condition")
-            body = _formula(inner[1])
-            if (form.head == "exists") == holds and not is_goal:
-                return self._existing(inner[0], body, holds, objects)
-            parts = [(body, holds, each) for each in self._bindings(inner[0], objects)]
-            is_all = (form.head == "forall") == holds
-        elif form.head == "imply":
-            first, second = _formulas(form, 2)
-            parts = [(first, not holds, objects), (second, holds, objects)]
-            is_all = not holds
-        else:
-            parts = [(each, holds, objects) for each in _formulas(form)]
-            is_all = (form.head == "and") == holds
-        found = _TRUE if is_all else _FALSE
-        for part, wanted, bound in parts:
-            own = self._alternatives(part, wanted, bound, is_goal=is_goal)
-            found = _product(found, own, form) if is_all else _joined([*found, *own], form)
-        return found
-
-    def _existing(
-        self, variables: ListForm, body: ListForm, holds: bool, objects: Mapping[str, str]
-    ) -> List[_Alternative]:
-        found: List[_Alternative] = []
-        for each in _one_type_each(variables):
-            types = typed_list(each.parts)
-            renamed = {name: f"{name}-{next(self._fresh)}" for name in types}
-            added = tuple((renamed[name], kind) for name, kind in types.items())
-            for more, literals in self._alternatives(body, holds, {**objects, **renamed}):
-                found.append(((*added, *more), literals))
-        return found
-
-    def _bindings(
-        self, variables: ListForm, objects: Mapping[str, str]
-    ) -> Iterator[Mapping[str, str]]:
-        for each in _one_type_each(variables):
-            types = typed_list(each.parts)
-            for chosen in itertools.product(*(self._of((kind,)) for kind in types.values())):
-                yield {**objects, **dict(zip(types, chosen))}
-
-    def _of(self, kinds: Sequence[str]) -> List[str]:
-        """Returns the objects of some types, or of kinds of them."""
-        return [each for each, own in self._objects.items() if {*self._kinds(own)} & {*kinds}]
-
-    def _kinds(self, kind: str) -> Iterator[str]:
-        seen = ["object"]
-        while kind not in seen:
-            seen.append(kind)
-            kind = self._supertypes.get(kind, "object")
-        return iter(seen)
-
-    def _literal(
-        self, form: ListForm, holds: bool, objects: Mapping[str, str]
-    ) -> List[_Alternative]:
-        literal = _substituted(form, objects)
-        if is_comparison(form):
-            heads = (form.head,) if holds else _CONTRARY[form.head]
-            return [((), (list_form(form.place, each, *literal.parts[1:]),)) for each in heads]
-        ends = [part.text for part in literal.parts[1:]]
-        if form.head == "=" and len(ends) == 2 and ends[0] == ends[1]:
-            return _TRUE if holds else _FALSE
-        if not any(text.startswith("?") for text in ends):
-            if form.head == "=":
-                return _FALSE if holds else _TRUE
-            if form.head in self._static:
-                return _TRUE if (literal.text in self._facts) == holds else _FALSE
-        return [((), (literal if holds else list_form(form.place, "not", literal),))]
+def _moments_of(form: ListForm) -> Iterator[Tuple[Sequence[PddlPart], ListForm]]:
+    """Yields the conditions of an action with a duration, each with its moment."""
+    if form.head == "and" or not form.parts:
+        for part in form.parts[1:]:
+            yield from _moments_of(formula(part))
+        return
+    moment = form.parts[:2]
+    if " ".join(p.text for p in moment) not in _MOMENTS or len(form.parts) != 3:
+        raise PddlError(f"{form.place}: {shorten(form.text)} is not understood: there can be "
+                        + ", ".join(f"({each} ...)" for each in _MOMENTS))  # fmt: skip
+    yield moment, formula(form.parts[2])
 
 
 def _changed(effect: PddlPart) -> Iterator[str]:
@@ -325,82 +285,6 @@ def _changed(effect: PddlPart) -> Iterator[str]:
         yield effect.head
         for part in effect.parts[2 if effect.head == "when" else 1 :]:
             yield from _changed(part)
-
-
-def _product(
-    left: Sequence[_Alternative], right: Sequence[_Alternative], form: ListForm
-) -> List[_Alternative]:
-    """Returns the alternatives by which two conditions hold."""
-    if len(left) * len(right) > 100 * _MOST:
-        raise _too_many(form)
-    return _joined(
-        [
-            ((*more, *variables), tuple({each.text: each for each in (*own, *literals)}.values()))
-            for more, own in left
-            for variables, literals in right
-        ],
-        form,
-    )
-
-
-def _joined(found: Sequence[_Alternative], form: ListForm) -> List[_Alternative]:
-    """Leaves out alternatives that contradict themselves, or that need more than another one."""
-    kept: List[Tuple[FrozenSet[str], int]] = []
-    for number in sorted(range(len(found)), key=lambda each: len(found[each][1])):
-        texts = frozenset(each.text for each in found[number][1])
-        if any(f"(not {text})" in texts for text in texts):
-            continue
-        if not any(other <= texts for other, _ in kept):
-            kept.append((texts, number))
-    if len(kept) > _MOST:
-        raise _too_many(form)
-    return [found[number] for number in sorted(number for _, number in kept)]
-
-
-def _too_many(form: ListForm) -> PddlError:
-    return PddlError(f"{form.place}: {shorten(form.text)} has more than {_MOST} alternatives: say "
-                     "them by several actions, or by facts")  # fmt: skip
-
-
-def _is_complex(form: ListForm) -> bool:
-    """Whether a condition is more than a conjunction of literals."""
-    negated = [f.parts[1] for f in form.forms() if f.head == "not" and len(f.parts) == 2]
-    return any(each.head in ("or", "exists", "imply", "forall") for each in form.forms()) or any(
-        isinstance(each, ListForm) and (each.head in _COMPOUND or is_comparison(each))
-        for each in negated
-    )
-
-
-def _formula(part: PddlPart) -> ListForm:
-    if isinstance(part, Word):
-        raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
-    if part.head in ("when", "preference", *CHANGES):
-        raise PddlError(f"{part.place}: {part.head} in a condition is not understood")
-    return part
-
-
-def _formulas(form: ListForm, count: int = -1) -> List[ListForm]:
-    if count >= 0 and len(form.parts) != count + 1:
-        raise PddlError(f"{form.place}: {form.head} has {count} part{'s' * (count > 1)}, and this "
-                        f"has {len(form.parts) - 1}")  # fmt: skip
-    return [_formula(part) for part in form.parts[1:]]
-
-
-def _either(form: ListForm) -> Tuple[str, ...]:
-    """Returns the types of ``(either ...)``."""
-    if form.head != "either" or len(form.parts) < 2:
-        raise PddlError(f"{form.place}: {shorten(form.text)} is not understood: there can be a "
-                        "type, or (either TYPE...)")  # fmt: skip
-    return tuple(part.text for part in form.parts[1:])
-
-
-def _one_type_each(variables: ListForm) -> Iterator[ListForm]:
-    """Yields lists of variables that have one type each, one for each choice of types."""
-    choices = [
-        _either(part) if isinstance(part, ListForm) else (part.text,) for part in variables.parts
-    ]
-    for chosen in itertools.product(*choices):
-        yield list_form(variables.place, *chosen)
 
 
 def _plain_types(form: ListForm) -> ListForm:
@@ -417,16 +301,6 @@ def _ended(parameters: Sequence[PddlPart]) -> Sequence[PddlPart]:
         return parameters
     place = parameters[-1].place
     return (*parameters, Word("-", place), Word("object", place))
-
-
-def _substituted(form: ListForm, objects: Mapping[str, str]) -> ListForm:
-    parts = [
-        _substituted(part, objects)
-        if isinstance(part, ListForm)
-        else Word(objects.get(part.text, part.text), part.place)
-        for part in form.parts
-    ]
-    return list_form(form.place, *parts)
 
 
 def _mapped(form: ListForm, change: Callable[[ListForm], ListForm]) -> ListForm:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Dict, Iterable, Mapping, Set
 
 from rosclingo.errors import shorten
-from rosoclingo.pddl.domain import Domain, Problem, typed_list
+from rosoclingo.pddl.alternatives import MADE
+from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
-from rosoclingo.pddl.support import CHANGES, COMPARISONS, is_comparison
+from rosoclingo.pddl.support import CHANGES, COMPARISONS, changed_atoms, is_comparison
+from rosoclingo.pddl.typed import typed_list
 
 _NO_ATOMS = ("and", "not", "when", "=")
 _NUMERIC = (*COMPARISONS, *CHANGES, "+", "-", "*", "/")
@@ -34,8 +36,31 @@ def check_declarations(domain: Domain, problem: Problem) -> None:
             checker.check(form, scope)
         if isinstance(schema.duration, ListForm):
             checker.check(schema.duration, scope)
+    for rule in domain.rules:
+        checker.check_types(rule.types.values(), rule.head.place)
+        tests = {test.name for test in domain.tests}
+        atoms = [part for part in rule.condition.lists() if part.head not in tests]
+        for form in (rule.head, *atoms, *rule.comparisons):
+            checker.check(form, rule.types)
     for form in (*problem.init, problem.goal, *problem.comparisons):
         checker.check(form, {})
+    _refuse_changes_of_derived(domain, problem)
+
+
+def _refuse_changes_of_derived(domain: Domain, problem: Problem) -> None:
+    """Refuses facts and effects of derived predicates, which hold by their rules alone."""
+    derived = {rule.head.head for rule in domain.rules}
+    for atom in problem.init:
+        if atom.head in derived:
+            raise PddlError(f"{atom.place}: {shorten(atom.text)} in :init: {atom.head} is derived, "
+                            "so it holds by its rules alone: leave it out")  # fmt: skip
+    for schema in domain.actions:
+        for atom in changed_atoms(schema.effect):
+            if atom.head in derived:
+                raise PddlError(
+                    f"{atom.place}: {schema.name} changes {shorten(atom.head)}, which is derived: "
+                    "change what its rules need"
+                )
 
 
 class _Checker:
@@ -43,6 +68,8 @@ class _Checker:
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
         self._counts: Dict[str, int] = {}
+        for section in domain.form.lists(":functions"):
+            _refuse_object_fluents(section)
         for section in domain.form.lists(":predicates", ":functions"):
             for each in section.lists():
                 places = [part for part in each.parts if part.text.startswith("?")]
@@ -87,8 +114,9 @@ class _Checker:
     def _check_atom(self, form: ListForm) -> None:
         count = self._counts.get(form.head)
         if count is None:
+            declared = [name for name in self._counts if not any(each in name for each in MADE)]
             raise PddlError(f"{form.place}: {shorten(form.head)} is not declared: "
-                            f"{_known(self._counts)}")  # fmt: skip
+                            f"{_known(declared)}")  # fmt: skip
         found = len(form.parts) - 1
         if found != count:
             raise PddlError(f"{form.place}: {shorten(form.text)} has {found} objects: "
@@ -102,6 +130,14 @@ class _Checker:
         elif word.text not in self._objects:
             raise PddlError(f"{word.place}: there is no object {shorten(word.text)}: "
                             f"{_known(self._objects)}")  # fmt: skip
+
+
+def _refuse_object_fluents(section: ListForm) -> None:
+    """Refuses functions whose values are no numbers."""
+    for before, kind in zip(section.parts[1:], section.parts[2:]):
+        if before.text == "-" and kind.text != "number":
+            raise PddlError(f"{kind.place}: a function of the type {shorten(kind.text)} is not "
+                            "understood, only numbers are: declare a predicate")  # fmt: skip
 
 
 def _known(names: Iterable[str]) -> str:

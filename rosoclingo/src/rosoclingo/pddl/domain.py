@@ -18,19 +18,22 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
-from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
+from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word, list_form
+from rosoclingo.pddl.rules import DerivedRule, NumberTest, basis, read_rules
 from rosoclingo.pddl.support import (
+    DERIVED,
     PddlPart,
+    changed_atoms,
     check_formula,
     is_change,
     is_comparison,
     sections,
 )  # fmt: skip
+from rosoclingo.pddl.typed import OBJECT, typed_list
 
-_OBJECT = "object"  # the type of all
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _START, _END, _ALL = "at start", "at end", "over all"
 
@@ -80,6 +83,8 @@ class Domain:
         supertypes: For each type the one that it is a kind of.
         constants: Objects of the domain, with their types.
         actions: Its actions.
+        rules: The rules of its derived predicates.
+        tests: What these rules ask of numbers.
     """
 
     form: ListForm
@@ -87,13 +92,15 @@ class Domain:
     supertypes: Dict[str, str]
     constants: Dict[str, str]
     actions: Tuple[ActionSchema, ...]
+    rules: Tuple[DerivedRule, ...] = ()
+    tests: Tuple[NumberTest, ...] = ()
 
     def is_kind_of(self, kind: str, wanted: str) -> bool:
         """Returns whether a type is another one, or a kind of it."""
         seen: Set[str] = set()
         while kind != wanted and kind not in seen:
             seen.add(kind)
-            kind = self.supertypes.get(kind, _OBJECT)
+            kind = self.supertypes.get(kind, OBJECT)
         return kind == wanted
 
 
@@ -133,14 +140,16 @@ def read_domain(form: ListForm) -> Domain:
         PddlError: Something in it is not understood; the message says where.
     """
     found = sections(form, "domain")
+    rules, tests = read_rules(form.lists(DERIVED))
+    depends = basis(rules)
     actions = tuple(
-        _durative(each) if each.head == ":durative-action" else _instantaneous(each)
+        _durative(each, depends) if each.head == ":durative-action" else _instantaneous(each)
         for each in form.lists(":action", ":durative-action")
     )
-    _refuse_required_concurrency(actions)
+    _refuse_required_concurrency(actions, depends)
     types = typed_list(found[":types"].parts[1:], may_repeat=True) if ":types" in found else {}
     constants = typed_list(found[":constants"].parts[1:]) if ":constants" in found else {}
-    return Domain(form, _name(found["domain"]), types, constants, actions)
+    return Domain(form, _name(found["domain"]), types, constants, actions, rules, tests)
 
 
 def read_problem(form: ListForm) -> Problem:
@@ -219,40 +228,6 @@ def _only_part(section: ListForm) -> ListForm:
     return section.parts[1]
 
 
-def typed_list(parts: Sequence[PddlPart], *, may_repeat: bool = False) -> Dict[str, str]:
-    """Reads names with their types, such as ``a b - place c - robot``.
-
-    Args:
-        parts: Them.
-        may_repeat: Whether a name may be there twice, as a kind of ``object`` and of something
-            else, as types of competitions are; it is a kind of that.
-    """
-    types: Dict[str, str] = {}
-    waiting: List[Word] = []
-    words = iter(parts)
-    for part in words:
-        if not isinstance(part, Word):
-            raise PddlError(f"{part.place}: a name is expected instead of {shorten(part.text)}")
-        if part.text != "-":
-            waiting.append(part)
-            continue
-        kind = next(words, part)
-        if not isinstance(kind, Word) or kind is part:
-            raise PddlError(f"{kind.place}: the name of one type is expected after -")
-        _add(types, waiting, kind.text, may_repeat=may_repeat)
-        waiting = []
-    _add(types, waiting, _OBJECT, may_repeat=may_repeat)
-    return types
-
-
-def _add(types: Dict[str, str], names: Sequence[Word], kind: str, *, may_repeat: bool) -> None:
-    for name in names:
-        before = types.get(name.text, _OBJECT)
-        if name.text in types and not (may_repeat and _OBJECT in (before, kind)):
-            raise PddlError(f"{name.place}: {shorten(name.text)} is there twice")
-        types[name.text] = before if kind == _OBJECT else kind
-
-
 class _Parts:
     """The parts of an action, by their keys."""
 
@@ -304,7 +279,7 @@ def _instantaneous(action: ListForm) -> ActionSchema:
     )  # fmt: skip
 
 
-def _durative(action: ListForm) -> ActionSchema:
+def _durative(action: ListForm, depends: Mapping[str, Set[str]]) -> ActionSchema:
     parts = _Parts(action, (":parameters", ":duration", ":condition", ":effect"))
     parameters = parts.parameters()
     conditions = _timed(parts.form(":condition"), ":precondition", (_START, _ALL, _END))
@@ -319,6 +294,15 @@ def _durative(action: ListForm) -> ActionSchema:
     first, changes = _without(begun, is_change)
     last, later = _without(ended, is_change)
     plain = _needed(facts, first)
+    begins = {atom.head for effect in first for atom in changed_atoms(effect)}
+    begins.update(part.head for change in changes for part in change.lists())
+    for condition in (*facts[_ALL], *facts[_END]):
+        for atom in condition.forms():
+            if depends.get(atom.head, set()) & begins:
+                raise PddlError(
+                    f"{atom.place}: {shorten(atom.head)} is derived from what {parts.name} changes "
+                    "at its start: say what has to hold after its start by other facts"
+                )
     net, locks, brief = _net(plain, first, last)
     return ActionSchema(
         parts.name, action.place, tuple(parameters), tuple(parameters.values()),
@@ -406,8 +390,20 @@ def _net(
     return net, locks, brief
 
 
-def _refuse_required_concurrency(actions: Sequence[ActionSchema]) -> None:
-    """Refuses conditions that hold only while another action lasts."""
+def _refuse_required_concurrency(
+    actions: Sequence[ActionSchema], depends: Mapping[str, Set[str]]
+) -> None:
+    """Refuses conditions that hold only while another action lasts, or that this may change."""
+    for action in actions:
+        for atom in action.locks:
+            for other in actions:
+                for form in other.precondition.forms():
+                    if atom.head in depends.get(form.head, ()):
+                        raise PddlError(
+                            f"{atom.place}: {shorten(atom.head)} is another one while "
+                            f"{action.name} lasts, and {other.name} needs {shorten(form.head)}, "
+                            f"which is derived from it: have it need {shorten(atom.head)} itself"
+                        )
     for action in actions:
         for atom in action.brief:
             for other in actions:

@@ -6,11 +6,12 @@ from typing import Dict, Iterator, List, Optional, Sequence, Tuple
 
 from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.amounts import Name
+from rosoclingo.pddl.deriving import TermBounds, derived_facts, derived_rules
 from rosoclingo.pddl.domain import ActionSchema, Domain
 from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Numbers, NumericUse, ground_atom
 from rosoclingo.pddl.sas import SasOperator, TranslatedTask
-from rosoclingo.pddl.variables import Variable, variables
+from rosoclingo.pddl.variables import Variable, read_atom, variables
 
 GOAL = "goal"
 """The request for all that the problem's goal says."""
@@ -21,10 +22,11 @@ _FACTS = """
 
 % fact(F,V,X): the fact F, or -F for its contrary, means that V has the value X. A message
 % may say it; somebody may ask for it if it holds at first, or if an action does it.
-says(F,V,X) :- fact(F,V,X).
+says(F,V,X) :- fact(F,V,X), not derived(V).
 wants(F,V,X) :- fact(F,V,X).
 request(F) :- fact(F,V,X), possible(V,X).
 possible(V,X) :- initially(V,X).
+possible(V,(yes;no)) :- derived(V).
 possible(V,X) :- sets(R,A,V,X).
 possible(V,X) :- sets_if(R,A,I,V,X).
 #external event(1,F) : request(F).
@@ -75,12 +77,14 @@ class Encoder:
         self._variables = variables(task.variables, names)
         self._locks = {lock.head for schema in domain.actions for lock in schema.locks}
         words = [operator.name.split() for operator in task.operators]
-        self._uses = numbers.read([(name, objects) for name, *objects in words])
+        tests = {test: _test(test) for rule in task.rules for test in rule.tests}
+        self._uses = numbers.read([(name, objects) for name, *objects in words], tests.values())
+        self._tests = {test: numbers.tested(name) for test, name in tests.items()}
         self._goal = numbers.goal()
 
     def rules(self) -> List[str]:
-        """Returns the rules about requests and messages."""
-        return _FACTS.strip().splitlines()
+        """Returns the rules about requests and messages, and those of derived variables."""
+        return [*_FACTS.strip().splitlines(), *derived_rules(self._task)]
 
     def facts(self) -> List[str]:
         """Returns which facts there are, and of which variable each is a value."""
@@ -92,7 +96,16 @@ class Encoder:
                     lines += self._fact(fact, variable, value)
         for name, largest in self._numbers.largest.items():
             lines.append(f"number({self._term(name)},{largest}).")
-        return lines
+        return [*lines, *derived_facts(self._task, self._variables, self._bounds_of)]
+
+    def _bounds_of(self, test: str) -> Optional[TermBounds]:
+        """Returns the bounds that a test asks of numbers; None if it never holds."""
+        bounds = self._tests[test]
+        return None if bounds is None else {self._term(name): b for name, b in bounds.items()}
+
+    def _holds_at_first(self, test: str) -> bool:
+        bounds = self._tests[test]
+        return bounds is not None and self._numbers.are_within(bounds)
 
     def _fact(self, fact: str, variable: Variable, value: str) -> Iterator[str]:
         yield f"fact({fact},{variable.name},{value})."
@@ -106,7 +119,11 @@ class Encoder:
     def instance(self) -> List[str]:
         """Returns the first values, and the goal."""
         task = self._task
-        first = [f"initially({self._pair(v, x)})." for v, x in enumerate(task.init)]
+        first = [
+            f"initially({self._pair(v, x)})."
+            for v, x in enumerate(task.init)
+            if v not in task.strata
+        ]
         first += [
             f"initially({self._term(name)},{self._numbers.first(name)})."
             for name in self._numbers.largest
@@ -122,13 +139,10 @@ class Encoder:
     @property
     def begins_at_goal(self) -> bool:
         """Tells whether the goal is met at first."""
+        state = self._task.derived_state(self._holds_at_first)
         return all(
-            self._task.init[variable] == value for variable, value in self._task.goal
-        ) and all(
-            least <= self._numbers.first(name)
-            and (most is None or self._numbers.first(name) <= most)
-            for name, (least, most) in self._goal.items()
-        )
+            state[variable] == value for variable, value in self._task.goal
+        ) and self._numbers.are_within(self._goal)
 
     def actions(self) -> List[str]:
         """Returns the conditions and effects of actions, action by action."""
@@ -203,6 +217,13 @@ class Encoder:
         term = self._names.term(name)
         pattern = f"{term}({','.join(parameters)})" if parameters else term
         return pattern, " ".join([name, *parameters])
+
+
+def _test(atom: str) -> Name:
+    """Returns the name and the objects of a test of numbers, by its atom."""
+    found = read_atom(atom)
+    assert found is not None
+    return (found.predicate, *found.objects)
 
 
 def _variable(parameter: str) -> str:

@@ -15,9 +15,10 @@ What compares constants alone, such as ``(>= (capacity ?truck) (weight ?box))``,
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.amounts import (
@@ -37,6 +38,9 @@ from rosoclingo.pddl.expressions import ListForm, PddlError, Word
 from rosoclingo.pddl.support import PddlPart
 
 _TIME = ("total-time",)
+
+Bounds = Dict[Name, Tuple[int, Optional[int]]]
+"""The least and the largest value of numbers; None is no bound."""
 
 
 @dataclass(frozen=True)
@@ -134,26 +138,31 @@ class Numbers:
             for change in (*schema.changes, *schema.later_changes)
         }
         self._amounts = Amounts(self._first, changing)
-        compared = [*problem.comparisons]
+        self._tests = {test.name: test for test in domain.tests}
+        compared = [*problem.comparisons, *(test.comparison for test in domain.tests)]
         for schema in domain.actions:
             compared += [*schema.comparisons, *schema.later_comparisons]
         self._read = {form.head for each in compared for form in each.forms()} & changing
         self.largest: Dict[Name, int] = {}
 
-    def read(self, actions: Sequence[Tuple[str, Sequence[str]]]) -> List[Optional[NumericUse]]:
+    def read(
+        self, actions: Sequence[Tuple[str, Sequence[str]]], tests: Iterable[Name] = ()
+    ) -> List[Optional[NumericUse]]:
         """Returns how ground actions use numbers; from then on, ``largest`` has the limits.
 
         There is None for an action that is never possible, because of its numbers.
 
         Args:
             actions: For each its name and its objects.
+            tests: What rules of derived predicates ask of numbers, each by its name and objects.
 
         Raises:
             PddlError: The library has no such condition or change.
         """
         bound = [(self._schemas[name], binding(self._schemas[name], o)) for name, o in actions]
         found = [self._ground(schema, objects) for schema, objects in bound]
-        self._find_limits([use for use in found if use is not None])
+        asked = [bounds or {} for bounds in map(self.tested, tests)]
+        self._find_limits([use for use in found if use is not None], asked)
         return [
             None if use is None else self._use(use, self._cost(schema, objects))
             for use, (schema, objects) in zip(found, bound)
@@ -163,7 +172,14 @@ class Numbers:
         """Returns the value that a number has at first."""
         return round(self._first[number])
 
-    def goal(self) -> Dict[Name, Tuple[int, Optional[int]]]:
+    def are_within(self, bounds: Bounds) -> bool:
+        """Tells whether numbers are within bounds at first."""
+        return all(
+            least <= self.first(name) and (most is None or self.first(name) <= most)
+            for name, (least, most) in bounds.items()
+        )
+
+    def goal(self) -> Bounds:
         """Returns the least and the largest value of each number in the goal; None is no bound.
 
         Raises:
@@ -174,6 +190,19 @@ class Numbers:
             if not self._narrow(bounds, comparison, {}, {}, None):
                 raise PddlError(f"{comparison.place}: {shorten(comparison.text)} in :goal never "
                                 "holds, whatever is done")  # fmt: skip
+        return {name: (interval.least, interval.most) for name, interval in bounds.items()}
+
+    def tested(self, test: Name) -> Optional[Bounds]:
+        """Returns the bounds that a test of a rule asks of numbers; None if it never holds.
+
+        Raises:
+            PddlError: Its comparison is not understood.
+        """
+        name, *objects = test
+        one = self._tests[name]
+        bounds: Dict[Name, _Interval] = {}
+        if not self._narrow(bounds, one.comparison, dict(zip(one.types, objects)), {}, None):
+            return None
         return {name: (interval.least, interval.most) for name, interval in bounds.items()}
 
     def _ground(self, schema: ActionSchema, objects: Binding) -> Optional[_GroundUse]:
@@ -277,10 +306,11 @@ class Numbers:
                 f"has to be a whole number from 0 to {LARGEST_NUMBER}"
             )
 
-    def _find_limits(self, uses: Sequence[_GroundUse]) -> None:
+    def _find_limits(self, uses: Sequence[_GroundUse], asked: Sequence[Bounds]) -> None:
+        self.largest = {}
         open_ended: Dict[Name, str] = {}
         places: Dict[Name, str] = {}
-        for name in self.goal():
+        for name in (name for bounds in (self.goal(), *asked) for name in bounds):
             self.largest[name] = self.first(name)
         for use in uses:
             for name in use.names():
@@ -344,7 +374,7 @@ class Numbers:
         metric = self._problem.metric
         lasts = 1.0
         if schema.duration is not None:
-            lasts = float(self._amounts.constant(schema.duration, objects, schema))
+            lasts = _as_float(self._amounts.constant(schema.duration, objects, schema))
         if metric is None:
             cost = lasts if self._is_timed else 1.0
         else:
@@ -381,7 +411,7 @@ class Numbers:
                 if change.head != "increase":
                     raise PddlError(f"{change.place}: {change.head} of {shorten(target.text)}: "
                                     "what is minimized can only be increased")  # fmt: skip
-                total += float(self._amounts.constant(change.parts[2], objects, schema))
+                total += _as_float(self._amounts.constant(change.parts[2], objects, schema))
         return total
 
 
@@ -393,6 +423,14 @@ def binding(schema: ActionSchema, objects: Sequence[str]) -> Dict[str, str]:
 def ground_atom(form: ListForm, schema: ActionSchema, objects: Sequence[str]) -> Name:
     """Returns an atom of an action for its objects."""
     return ground(form, binding(schema, objects))
+
+
+def _as_float(amount: Fraction) -> float:
+    """Returns an amount as a number with a point; one that is too large is infinite."""
+    try:
+        return float(amount)
+    except OverflowError:
+        return math.inf if amount > 0 else -math.inf
 
 
 def _function(part: PddlPart) -> str:

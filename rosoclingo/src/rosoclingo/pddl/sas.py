@@ -3,8 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Dict, Iterator, List, Sequence, Set, Tuple
+from dataclasses import dataclass, field
+from typing import (
+    Callable,
+    Dict,
+    Iterator,
+    List,
+    Mapping,
+    Sequence,
+    Set,
+    Tuple,
+)  # fmt: skip
 
 from rosoclingo.pddl.expressions import PddlError
 
@@ -39,20 +48,70 @@ class SasOperator:
 
 
 @dataclass(frozen=True)
+class SasRule:
+    """A ground rule of a derived variable.
+
+    Attributes:
+        variable: The derived variable.
+        conditions: The values of variables with which it holds.
+        tests: What it asks of numbers, as atoms of the translator.
+    """
+
+    variable: int
+    conditions: Tuple[Assignment, ...]
+    tests: Tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class TranslatedTask:
-    """A planning task. A variable is the names of its values."""
+    """A planning task.
+
+    Attributes:
+        variables: Of each variable, the names of its values.
+        init: The first value of each; derived ones have the one with which nothing is derived.
+        goal: The values that are wanted.
+        operators: The ground actions.
+        strata: Of each derived variable, its stratum, from 0 on: what a rule denies has a lower one
+            than what it derives.
+        rules: The rules of derived variables.
+    """
 
     variables: Tuple[Tuple[str, ...], ...]
     init: Tuple[int, ...]
     goal: Tuple[Assignment, ...]
     operators: Tuple[SasOperator, ...]
+    strata: Mapping[int, int] = field(default_factory=dict)
+    rules: Tuple[SasRule, ...] = ()
+
+    def derived_state(self, holds: Callable[[str], bool]) -> List[int]:
+        """Returns the first values, with what is derived from them.
+
+        Args:
+            holds: Tells whether a test of numbers holds at first.
+        """
+        state = list(self.init)
+        for stratum in sorted(set(self.strata.values())):
+            waiting = [
+                rule
+                for rule in self.rules
+                if self.strata[rule.variable] == stratum and all(map(holds, rule.tests))
+            ]
+            is_new = True
+            while is_new:
+                is_new = False
+                for rule in waiting:
+                    before = state[rule.variable] == self.init[rule.variable]
+                    if before and all(state[v] == x for v, x in rule.conditions):
+                        state[rule.variable] = 1 - state[rule.variable]
+                        is_new = True
+        return state
 
 
 def parse_sas(text: str) -> TranslatedTask:
     """Returns the task of a file of the translator.
 
     Raises:
-        PddlError: It has axioms, or it is not in the format, version 3.
+        PddlError: It is not in the format, version 3.
     """
     lines = _Lines(text)
     try:
@@ -100,7 +159,8 @@ def _parse(lines: _Lines) -> TranslatedTask:
     lines.skip("begin_metric")
     lines.integer()
     lines.skip("end_metric")
-    variables = tuple(_variable(lines) for _ in range(lines.integer()))
+    found = [_variable(lines) for _ in range(lines.integer())]
+    variables = tuple(values for _, values in found)
     for _ in range(lines.integer()):  # mutexes between variables
         lines.skip("begin_mutex_group")
         lines.assignments()
@@ -112,21 +172,29 @@ def _parse(lines: _Lines) -> TranslatedTask:
     goal = lines.assignments()
     lines.skip("end_goal")
     operators = [_operator(lines) for _ in range(lines.integer())]
-    if lines.integer():
-        raise PddlError("the task needs axioms, which are not understood: quantifiers and "
-                        "disjunctions have to be written as several actions")  # fmt: skip
-    return TranslatedTask(variables, init, goal, tuple(_united(operators, variables)))
+    rules = tuple(_rule(lines) for _ in range(lines.integer()))
+    strata = {variable: stratum for variable, (stratum, _) in enumerate(found) if stratum >= 0}
+    united = tuple(_united(operators, variables))
+    return TranslatedTask(variables, init, goal, united, strata, rules)
 
 
-def _variable(lines: _Lines) -> Tuple[str, ...]:
+def _variable(lines: _Lines) -> Tuple[int, Tuple[str, ...]]:
     lines.skip("begin_variable")
     lines.text()  # its name is a number
-    if lines.integer() != -1:
-        raise PddlError("the task needs axioms, which are not understood: quantifiers and "
-                        "disjunctions have to be written as several actions")  # fmt: skip
+    stratum = lines.integer()  # -1 if it is not derived
     values = tuple(lines.text() for _ in range(lines.integer()))
     lines.skip("end_variable")
-    return values
+    return stratum, values
+
+
+def _rule(lines: _Lines) -> SasRule:
+    lines.skip("begin_rule")
+    conditions = lines.assignments()
+    variable, _, _ = (
+        lines.integers()
+    )  # with the value that it has without a rule, and its other one
+    lines.skip("end_rule")
+    return SasRule(variable, conditions)
 
 
 def _operator(lines: _Lines) -> SasOperator:

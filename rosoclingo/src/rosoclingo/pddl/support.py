@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, FrozenSet, Union
+from typing import Dict, FrozenSet, Iterator, Union
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
@@ -11,7 +11,7 @@ PddlPart = Union[Word, ListForm]
 
 _REQUIREMENTS = frozenset(
     (":strips", ":typing", ":negative-preconditions", ":equality", ":conditional-effects",
-     ":action-costs", ":numeric-fluents", ":durative-actions")
+     ":action-costs", ":numeric-fluents", ":durative-actions", ":derived-predicates")
 )  # fmt: skip
 
 # What many domains say and do not use; if they do, that is refused.
@@ -23,24 +23,27 @@ _HARMLESS = frozenset(
 _SECTIONS = {
     "domain": frozenset(
         ("domain", ":requirements", ":types", ":constants", ":predicates", ":functions",
-         ":action", ":durative-action")
+         ":action", ":durative-action", ":derived")
     ),
     "problem": frozenset(
         ("problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric")
     ),
 }  # fmt: skip
-_REPEATED = (":action", ":durative-action")
+DERIVED = ":derived"
+_REPEATED = (":action", ":durative-action", DERIVED)
 COMPARISONS = ("<", "<=", ">=", ">")
 CHANGES = ("increase", "decrease", "assign")
 _CONNECTIVES = {
     ":precondition": frozenset(("and", "not", "=", *COMPARISONS)),
     ":effect": frozenset(("and", "not", "when", "forall", *CHANGES)),
     ":goal": frozenset(("and", "not", "=", *COMPARISONS)),
+    DERIVED: frozenset(("and", "not", "=", *COMPARISONS)),
 }
 _WITHIN = {  # in which there are no numbers
     ":precondition": "a condition of when, or of not",
     ":effect": "an effect of when or forall",
     ":goal": "not",
+    DERIVED: "not",
 }
 _RESERVED = frozenset(
     ("and", "not", "=", "when", "forall", "exists", "or", "imply", *COMPARISONS, *CHANGES,
@@ -50,7 +53,7 @@ _RESERVED = frozenset(
 
 
 def sections(form: ListForm, kind: str) -> Dict[str, ListForm]:
-    """Returns the sections of a domain or a problem by their names, without its actions.
+    """Returns the sections of a domain or a problem by their names, without actions and rules.
 
     Raises:
         PddlError: It has others; the message names them, with file and line.
@@ -88,7 +91,7 @@ def check_formula(part: PddlPart, where: str, *, within: bool = False) -> None:
 
     Args:
         part: All of it.
-        where: ``:precondition``, ``:effect`` or ``:goal``.
+        where: ``:precondition``, ``:effect``, ``:goal`` or ``:derived``.
         within: Whether it is a part of something in which there are no numbers.
 
     Raises:
@@ -133,6 +136,16 @@ def is_comparison(form: ListForm) -> bool:
 def is_change(form: ListForm) -> bool:
     """Tells whether an effect changes a number."""
     return form.head in CHANGES
+
+
+def changed_atoms(effect: ListForm) -> Iterator[ListForm]:
+    """Yields the atoms that an effect changes; those that it reads are not among them."""
+    if effect.head in ("and", "not", "when", "forall"):
+        for part in effect.parts[2 if effect.head in ("when", "forall") else 1 :]:
+            if isinstance(part, ListForm):
+                yield from changed_atoms(part)
+    elif effect.parts and not is_change(effect):
+        yield effect
 
 
 def _check_atom(part: ListForm) -> None:

@@ -6,8 +6,9 @@ import os
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
-from typing import Collection, List, Sequence, Tuple
+from typing import Collection, List
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import Domain, Problem
@@ -18,7 +19,8 @@ from rosoclingo.pddl.downward import (
     installed_version,
 )
 from rosoclingo.pddl.expressions import ListForm, PddlError
-from rosoclingo.pddl.sas import Assignment, SasEffect, SasOperator, TranslatedTask, parse_sas
+from rosoclingo.pddl.sas import TranslatedTask, parse_sas
+from rosoclingo.pddl.simplifying import simplify
 
 _MODULES = ("translate", "fast_downward.translate")  # of up-fast-downward 0.5 and 1.0
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
@@ -95,33 +97,8 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
             raise PddlError(f"{problem.goal.place}: the goal can never be met, whatever is done")
         task = parse_sas(output.read_text(encoding="utf-8"))
     operators = tuple(one for one in task.operators if not one.name.startswith(_CHANGES))
-    task = TranslatedTask(task.variables, task.init, task.goal, operators)
-    return _without_goal(task) if is_numeric else task
-
-
-def _without_goal(task: TranslatedTask) -> TranslatedTask:
-    """Returns a task without the fact that stood for the numbers of its goal."""
-    (met,) = (v for v, values in enumerate(task.variables) if f"Atom {_MET}()" in values)
-    number = {old: new for new, old in enumerate(v for v in range(len(task.init)) if v != met)}
-
-    def renumbered(assignments: Sequence[Assignment]) -> Tuple[Assignment, ...]:
-        return tuple((number[variable], value) for variable, value in assignments)
-
-    operators = tuple(
-        SasOperator(
-            one.name, renumbered(one.preconditions), renumbered(one.exclusions),
-            tuple(
-                SasEffect(renumbered(each.conditions), number[each.variable], each.value)
-                for each in one.effects
-            ),
-        )
-        for one in task.operators
-    )  # fmt: skip
-    return TranslatedTask(
-        tuple(task.variables[v] for v in number), tuple(task.init[v] for v in number),
-        renumbered([(variable, value) for variable, value in task.goal if variable != met]),
-        operators,
-    )  # fmt: skip
+    task = replace(task, operators=operators)
+    return simplify(task, {_MET, *(test.name for test in domain.tests)})
 
 
 def _sections(form: ListForm, *names: str) -> List[str]:
@@ -145,11 +122,17 @@ def _domain_text(
         for schema in domain.actions
     ]
     actions += _changes(domain, changing)
-    if is_numeric:
+    tests = [(test.name, test.types) for test in domain.tests]
+    for name, of_test in [*tests, (_MET, {})] if is_numeric else tests:
+        typed = " ".join(f"{variable} - {kind}" for variable, kind in of_test.items())
         first, *_ = predicates or ["(:predicates)"]
-        predicates = [f"{first[:-1]} ({_MET}))"]
-        actions.append(f"(:action {_MET} :parameters () :precondition (and) :effect ({_MET}))")
-    parts = [head, "(:requirements :adl)", *types, constants, *predicates, *actions]
+        predicates = [f"{first[:-1]} ({name} {typed}))"]
+        actions.append(
+            f"(:action {_CHANGES}{name} :parameters ({typed}) :precondition (and) "
+            f":effect ({' '.join([name, *of_test])}))"
+        )
+    rules = [rule.text for rule in domain.rules]
+    parts = [head, "(:requirements :adl)", *types, constants, *predicates, *rules, *actions]
     return "\n".join(["(define", *parts, ")"])
 
 

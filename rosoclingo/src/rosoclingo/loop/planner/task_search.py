@@ -265,26 +265,31 @@ class _Attempt:
         self._task = task
         self._stopped = stopped
         self._patience = patience
+        self._is_alone = bool(task.derivation.variables)
         self._news = threading.Event()
         self._process: Optional[SearchProcess] = None
         self.plan: List[int] = []
         self.missing = 0
 
     def begin(self) -> Optional[SearchEnded]:
-        """Searches alone for a while; returns what it has found, None if it goes on."""
+        """Searches alone for a while; returns what it has found, None if it goes on.
+
+        Where variables are derived, no layers are looked for, so all is searched alone.
+        """
         rest = rest_of_plan(self._task)
         result = _Result.NO_PLAN
+        seconds = _SECONDS if self._is_alone else _ALONE_SECONDS
         if rest is not None:
             self.plan = rest
-            result = self._search(self._task.requests, _ALONE_SECONDS)
+            result = self._search(self._task.requests, seconds)
         if result is _Result.NO_PLAN:
             self.plan = []
             if self._task.elder in self._task.requests:
-                self._search([self._task.elder], _ALONE_SECONDS)
+                self._search([self._task.elder], seconds)
                 self.close()  # if that is late, the others need not wait, too
-            result = self._search(self._task.requests, _ALONE_SECONDS)
+            result = self._search(self._task.requests, seconds)
         if result is _Result.LATE:
-            if not self._task.execute(self.plan).met:
+            if not (self._is_alone or self._task.execute(self.plan).met):
                 return None
             self.close()
             return found(self._number, self._task, self.plan)
@@ -346,7 +351,8 @@ class _Attempt:
         )
         while not (process.has_ended or self._stopped()):
             self._news.wait(_POLL_SECONDS)
-            if process.seconds > seconds and not process.plans_found:
+            most = min(seconds, _ALONE_SECONDS) if process.partial else seconds
+            if process.seconds > most and not process.plans_found:
                 self.plan = [*self.plan, *process.partial]
                 return _Result.LATE
         return self._take()
@@ -381,7 +387,7 @@ def found(
     done = task.execute(plan)
     unmet = [slot for slot in task.requests if slot not in done.met]
     parts = [*_parts(number, task, plan, done.met)]
-    if len(task.requests) > 1:
+    if len(task.requests) > 1 or missing:
         parts += [f"planned({number},{slot})" for slot in unmet]
     parts += [f"details({number})", f"follow({number})"]
     symbols = tuple(f"ground({part})" for part in parts)
