@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import DefaultDict, Dict, List, Tuple
+from typing import DefaultDict, Dict, List, Set, Tuple
 
 from rosoclingo.engine.flat import FlatAction, FlatTask
 from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest
@@ -38,13 +38,16 @@ class _Flattener:
         self._task = task
         self._facts = _Facts()
         self._numbers = {name: number for number, name in enumerate(task.limits)}
-        self._read = {variable for action in task.actions for variable, _ in action.needs}
+        self._read: Set[str] = set()  # variables whose values matter
         for action in task.actions:
-            self._read.update(variable for variable, _ in action.others)
+            self._read.update([variable for variable, _ in action.needs])
+            if action.others:
+                self._read.update([variable for variable, _ in action.others])
             for change in action.changes:
-                self._read.update(variable for variable, _ in change.conditions)
+                if change.conditions:
+                    self._read.update([variable for variable, _ in change.conditions])
         for request in task.requests.values():
-            self._read.update(variable for variable, _ in request.values)
+            self._read.update([variable for variable, _ in request.values])
         self._actuators: DefaultDict[str, int] = defaultdict(lambda: len(self._actuators))
 
     def flat(self) -> FlatTask:
@@ -63,20 +66,22 @@ class _Flattener:
         )
 
     def _action(self, action: TaskAction) -> FlatAction:
-        facts = self._facts
+        facts, read = self._facts, self._read
         return (
             [facts[fact] for fact in action.needs],
             [facts[fact] for fact in action.others],
             [
-                ([facts[fact] for fact in change.conditions],
-                 *facts[change.variable, change.value])
+                (
+                    [facts[fact] for fact in change.conditions],
+                    *facts[change.variable, change.value],
+                )
                 for change in action.changes
-                if change.variable in self._read
+                if change.variable in read
             ],
             [(int(kind), self._numbers[name], amount) for kind, name, amount in action.numbers],
             action.cost,
             self._actuators[action.actuator],
-        )  # fmt: skip
+        )
 
     def _request(
         self, request: TaskRequest

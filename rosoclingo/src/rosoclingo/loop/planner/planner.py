@@ -12,6 +12,7 @@ from typing import Callable, Dict, Iterable, Iterator, List, Optional, Sequence,
 from rosclingo.errors import OutOfMemoryError
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
+from rosoclingo.engine.process import prepare_search
 from rosoclingo.engine.task import PlanningTask
 from rosoclingo.errors import SpareMemoryError
 from rosoclingo.loop.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
@@ -198,6 +199,8 @@ class Planner(PlannerState):
         ids = list(slots) if slots is not None else self._learn_slots()
         if self.demand.has_tasks:  # after a reset, base is what it was
             self._tasks.read_facts(self.demand.ground)
+            if not (self.recorded.knows_searches or self.demand.is_constrained):
+                prepare_search()
         if self.demand.tells:
             self.run(wire.ReleaseExternal(TOLD))  # each search takes some time for each external
         return ids
