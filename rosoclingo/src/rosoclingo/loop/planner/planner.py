@@ -49,6 +49,7 @@ ONE_BY_ONE_SECONDS = 2.0
 
 _FOLLOW_SECONDS = 0.5  # how long it may take to find the rest of a plan again
 _PATIENCE = 1.0
+_AWAITED_SECONDS = 0.25  # of work, for a first plan of a task that is not improved later
 _FIRST = 0.01
 _MORE_SECONDS = 10.0  # of work, for which a plan for further wishes is looked for at first
 _MORE = 2.0  # the factor by which that is longer the next time
@@ -139,6 +140,13 @@ class Planner(PlannerState):
         self.missing: Callable[[str], None] = lambda _: None
         self._optional: Set[str] = set()  # externals that a mode has set
         self._has_threads: Optional[bool] = None  # None as long as that is not known
+
+    @property
+    def _task_patience(self) -> float:
+        """For how many seconds of work a first plan of a task is improved; 0 for a moment."""
+        if self.patience == DEFAULT_PATIENCE:
+            return _AWAITED_SECONDS if self.is_awaited else 0.0
+        return self.patience
 
     @property
     def _limit(self) -> float:
@@ -612,6 +620,7 @@ class Planner(PlannerState):
             patience=self._limit,
             first=_FIRST if self._is_hasty else None,
             awaits_layers=self.patience > 0 or (self.is_awaited and self._limit > 0),
+            task_patience=self._task_patience,
             neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,
             note=self.note,
