@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import DefaultDict, Dict, List, Set, Tuple
 
-from rosoclingo.engine.flat import FlatAction, FlatTask
+from rosoclingo.engine.flat import FlatAction, FlatEffects, FlatTask
 from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest
 
 
@@ -67,21 +67,20 @@ class _Flattener:
 
     def _action(self, action: TaskAction) -> FlatAction:
         facts, read = self._facts, self._read
-        return (
-            [facts[fact] for fact in action.needs],
-            [facts[fact] for fact in action.others],
-            [
-                (
-                    [facts[fact] for fact in change.conditions],
-                    *facts[change.variable, change.value],
-                )
-                for change in action.changes
-                if change.variable in read
-            ],
-            [(int(kind), self._numbers[name], amount) for kind, name, amount in action.numbers],
-            action.cost,
-            self._actuators[action.actuator],
+        needs = [facts[fact] for fact in action.needs]
+        others = [facts[fact] for fact in action.others] if action.others else []
+        effects: FlatEffects = []
+        for change in action.changes:
+            variable = change.variable
+            if variable in read:
+                given = [facts[fact] for fact in change.conditions] if change.conditions else []
+                effects.append((given, *facts[variable, change.value]))
+        numbers = (
+            [(int(kind), self._numbers[name], amount) for kind, name, amount in action.numbers]
+            if action.numbers
+            else []
         )
+        return needs, others, effects, numbers, action.cost, self._actuators[action.actuator]
 
     def _request(
         self, request: TaskRequest

@@ -90,8 +90,7 @@ class TaskReader:
             draining=rows["drains"],
             reserving=rows["reserves"],
         )
-        actions = [moves.reserving(action) for action in actions]
-        relevance = Relevance(state, actions, requests, moves)
+        relevance = Relevance(state, moves.reserving(actions), requests, moves)
         return PlanningTask(
             state,
             limits,
