@@ -15,17 +15,20 @@ built, and has a row of its own. Exit status 1 says that a limit is missed, or t
 valid. With ``--execute``, nothing is measured: plans are executed, actions fail at random, and each
 one that succeeds is validated. With ``--lengths``, it is measured how many actions a plan has ten
 seconds after the goal has come, with ``~patience``, beside LAMA's plan after ten seconds, and what
-the optimal plan costs, if A* finds it within a minute.
+the optimal plan costs, if A* finds it within a minute. With ``--whole``, the commands ``pddl.py``
+and ``plan.py`` are measured as processes, from the start of the first one to the printed plan.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import random
 import re
 import resource
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -48,16 +51,19 @@ from rosoclingo.pddl.translator import fast_downward
 
 RATIO = 0.4  # of LAMA's time, in the median
 MOST_RATIO = 3.0  # of LAMA's time, for any task
+WHOLE_RATIO = 3.0  # of LAMA's time for both commands, in the median
 SECONDS = 30.0  # in which a task is to be solved
 DRAWS = 3
 LENGTH_SECONDS = 10
 SHORT = 24 / 32  # of the tasks have plans that are at most as long as LAMA's by then
 OPTIMAL_SECONDS = 60  # for an optimal plan
+_READY_SECONDS = 0.1  # in which a process that is not ready does something
 _OPTIMAL = "astar(lmcut())"
 _OUT_OF_TIME = (21, 23)  # exit statuses of Fast Downward: its translator, its search
 _FAILURES = 0.05
 _ACTUATORS = ("aircraft", "driver", "elevator", "hoist", "robot", "rover", "satellite", "truck",
               "vehicle")  # fmt: skip
+_NODES = Path(__file__).resolve().parents[1] / "rosoclingo" / "nodes"
 _MODE = "dynamic.incremental.dyn_reset"
 _STEPS = ["-c", "steps=10000"]
 _NO_PLAN = Samples("s", (SECONDS,))
@@ -189,9 +195,34 @@ def execute_tasks(folder: Path, pattern: str, draws: int) -> int:
 
 
 def _processor_time() -> float:
-    """Returns the processor time of this process and of those that it has ended, in seconds."""
-    children = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return time.process_time() + children.ru_utime + children.ru_stime
+    """Returns the processor time of this process and of all that it has started, in seconds."""
+    ended = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + ended.ru_utime + ended.ru_stime + _children_time()
+
+
+def _children_time() -> float:
+    """Returns the processor time of the processes that run for this one, in seconds."""
+    seconds = 0.0
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):  # it has ended
+            if int(stat.read_text().rpartition(")")[2].split()[1]) == os.getpid():
+                clock = ~int(stat.parent.name) << 3 | 2  # as clock_getcpuclockid(3) has it
+                seconds += time.clock_gettime(clock)
+    return seconds
+
+
+def _wait_until_ready() -> float:
+    """Waits until the processes that were started in advance do nothing any more.
+
+    Returns:
+        The processor time until then, as :func:`_processor_time` has it.
+    """
+    before, now = -1.0, _children_time()
+    while now != before:
+        time.sleep(_READY_SECONDS)
+        before, now = now, _children_time()
+    ended = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return now + ended.ru_utime + ended.ru_stime + time.process_time()
 
 
 def plan_here(encoding: List[str], seconds: float) -> None:
@@ -203,7 +234,7 @@ def plan_here(encoding: List[str], seconds: float) -> None:
     """
     system = _FirstPlan(encoding, seconds or DEFAULT_PATIENCE)
     system.run()
-    began = _processor_time()
+    began = _wait_until_ready()
     system.request("goal")
     system.run()
     print(json.dumps([system.ended - began, system.actions, system.cost]))
@@ -344,20 +375,77 @@ def measure_tasks(folder: Path, pattern: str, draws: int, report: Report) -> boo
         halves[name in UNSEEN].append(ratio)
         report.add(Row(f"{name}: {length} actions, LAMA {len(lama[0].actions)}", own, None,
                        "to LAMA", ratio, "x"))  # fmt: skip
+    for title, samples in _halves(halves):
+        report.add(Row(title, samples, None, "median to LAMA", samples.median, "x", RATIO))
+        report.add(Row(title, samples, None, "most to LAMA", max(samples.values), "x", MOST_RATIO))
+    if count:
+        report.add(Row(f"{solved} of {count} solved", Samples("", (float(solved),)), None,
+                       "solved by LAMA only", missed, "", 0))  # fmt: skip
+        print(f"{shorter} of {solved} plans have at most as many actions as LAMA's")
+    return all_valid
+
+
+def _halves(halves: Dict[bool, List[float]]) -> Iterator[Tuple[str, Samples]]:
+    """Yields titles and ratios of both halves and of all tasks, as far as there are any."""
     for title, ratios in (
         ("half that was not looked at", halves[True]),
         ("other half", halves[False]),
         ("all", halves[True] + halves[False]),
     ):
         if ratios:
-            samples = Samples("x", tuple(ratios))
-            report.add(Row(title, samples, None, "median to LAMA", samples.median, "x", RATIO))
-            report.add(Row(title, samples, None, "most to LAMA", max(ratios), "x", MOST_RATIO))
-    if count:
-        report.add(Row(f"{solved} of {count} solved", Samples("", (float(solved),)), None,
-                       "solved by LAMA only", missed, "", 0))  # fmt: skip
-        print(f"{shorter} of {solved} plans have at most as many actions as LAMA's")
+            yield title, Samples("x", tuple(ratios))
+
+
+def measure_whole(folder: Path, pattern: str, draws: int, report: Report) -> bool:
+    """Measures ``pddl.py`` and ``plan.py`` as a user runs them, beside LAMA's whole process.
+
+    Adds a row for each task, and those of all; returns whether all plans are valid.
+    """
+    halves: Dict[bool, List[float]] = {True: [], False: []}  # by whether it was not looked at
+    all_valid = True
+    for name, domain, problem in tasks(folder, pattern):
+        lama: List[Optional[Planned]] = []
+        ours: List[Optional[Planned]] = []
+        for _ in range(draws):
+            with tempfile.TemporaryDirectory() as place:
+                lama.append(plan_with_lama(domain, problem, Path(place)))
+                ours.append(plan_with_commands(domain, problem, Path(place)))
+        others, own = _unless_missing(lama), _unless_missing(ours)
+        samples = Samples("s", tuple(each.seconds for each in own)) if own else _NO_PLAN
+        all_valid &= is_valid(name, domain, problem, *own)
+        if not others:
+            report.add(Row(f"{name}: LAMA none", samples, None))
+            continue
+        ratio = min(samples.values) / min(each.seconds for each in others)
+        halves[name in UNSEEN].append(ratio)
+        report.add(Row(name if own else f"{name}: no plan", samples, None, "to LAMA", ratio, "x"))
+    for title, samples in _halves(halves):
+        report.add(Row(title, samples, None, "median to LAMA", samples.median, "x", WHOLE_RATIO))
     return all_valid
+
+
+def plan_with_commands(domain: Path, problem: Path, folder: Path) -> Optional[Planned]:
+    """Imports a task by ``pddl.py`` and plans it by ``plan.py``, as its last line says.
+
+    Returns:
+        None if there is no plan in time.
+    """
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [sys.executable, str(_NODES / "pddl.py"), str(domain), str(problem), "--name", "one"]
+    said = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder).stdout
+    _, _, arguments = said.splitlines()[-1].partition("plan.py ")
+    command = [sys.executable, str(_NODES / "plan.py"), *shlex.split(arguments)]
+    try:
+        ended = subprocess.run(
+            command, check=False, capture_output=True, text=True, cwd=folder, timeout=4 * SECONDS
+        )
+    except subprocess.TimeoutExpired:
+        return None
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    duration = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    lines = re.findall(r"^ *\d+  (.+)$", ended.stdout, re.MULTILINE)
+    actions = [one.partition(": ")[2] for line in lines for one in line.split(", ")]
+    return None if ended.returncode else Planned(duration, actions)
 
 
 def _plan_in_turn(domain: Path, problem: Path, draws: int) -> Tuple[List[Planned], List[Planned]]:
@@ -427,6 +515,9 @@ def main() -> int:
     parser.add_argument("--draws", type=int, default=DRAWS, metavar="N", help="of each task")
     parser.add_argument("--tasks", default="", metavar="REGEX", help="only those, by their names")
     parser.add_argument("--execute", action="store_true", help="executes plans only")
+    parser.add_argument(
+        "--whole", action="store_true", help="pddl.py and plan.py as processes only"
+    )
     parser.add_argument("--lengths", action="store_true", help="of plans after ten seconds only")
     parser.add_argument("--seconds", type=float, default=0.0, help="to improve a plan; with --one")
     chosen = parser.parse_args()
@@ -439,8 +530,10 @@ def main() -> int:
     folder, pattern = Path(chosen.folder), chosen.tasks
     if chosen.execute:
         return execute_tasks(folder, pattern, chosen.draws)
-    report = Report("lengths" if chosen.lengths else "tasks")
-    if chosen.lengths:
+    report = Report("lengths" if chosen.lengths else "whole" if chosen.whole else "tasks")
+    if chosen.whole:
+        all_valid = measure_whole(folder, pattern, chosen.draws, report)
+    elif chosen.lengths:
         all_valid = measure_lengths(folder, pattern, report)
     else:
         all_valid = measure_tasks(folder, pattern, chosen.draws, report)

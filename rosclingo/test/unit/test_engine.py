@@ -178,6 +178,23 @@ def test_a_program_that_asks_without_end(engine: Engine, monkeypatch: pytest.Mon
         engine.apply(asking("count", "0"))
 
 
+def test_a_restart_of_what_has_just_begun_has_nothing_to_do(tmp_path: Path) -> None:
+    """Unless a file has changed."""
+    file = tmp_path / "p.lp"
+    file.write_text("a.")
+    engine = Engine(Options(files=(str(file),)))
+    begun = engine._control
+    assert engine.run([Restart()]).failure is None
+    assert engine._control is begun
+    file.write_text("b.")
+    engine.run([Restart(), Ground((Part("base"),))])
+    assert engine.solve() == sat("b")
+    begun = engine._control
+    assert engine.run([Restart()]).failure is None
+    assert engine._control is not begun
+    assert engine.solve() == sat()
+
+
 def test_the_program_parts(engine: Engine) -> None:
     engine.apply(Add("step", ("t", "u"), ""))
     assert engine.apply(GetPrograms()) == Programs((("base", 0), ("step", 2)))

@@ -364,6 +364,30 @@ def test_parts() -> None:
     assert program.parts.keys() == {("base", 0), ("p", 2), ("q", 1)}
 
 
+def test_statements_belong_to_their_files(tmp_path: Path) -> None:
+    """Also after an include in the middle of a part, where clingo begins base again."""
+    texts = {
+        "a.lp": 'a. #program p. b. #include "sub/b.lp". c. #program q. d.',
+        "sub/b.lp": 'e. #program r. #external f(1). #include "c.lp". g. #external -h : a.',
+        "sub/c.lp": "#program p. i.",
+        "d.lp": "j. #program q. k. #external l(1;2,3). % #external m.",
+        "e.lp": "",
+    }
+    (tmp_path / "sub").mkdir()
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    names = [str(tmp_path / name) for name in ("a.lp", "e.lp", "d.lp")]
+    for files in (names, names[::-1]):
+        program = programs.parse_files(files)
+        assert {part: {Path(file).name for file in of} for part, of in program.parts.items()} == {
+            ("base", 0): {"a.lp", "b.lp", "d.lp"},
+            ("p", 0): {"a.lp", "b.lp", "c.lp"},
+            ("q", 0): {"a.lp", "d.lp"},
+            ("r", 0): {"b.lp"},
+        }
+        assert {("f", 1, True), ("h", 0, False)} <= program.externals
+
+
 def test_definitions_are_constants_and_theories() -> None:
     text = "#const n=1. a(n). #theory t { x {}; &y/0 : x, any }."
     program = programs.parse_part("p", (), text)

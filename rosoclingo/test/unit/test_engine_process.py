@@ -4,17 +4,16 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
-from typing import Callable, List
+from typing import Iterator, List
 
 import pytest
 
-from rosoclingo.engine import process as engine_process
+from rosoclingo.engine import process as process_module
 from rosoclingo.engine.flat import FlatAction, FlatTask
 from rosoclingo.engine.kinds import ADDS, TAKES
-from rosoclingo.engine.process import SearchProcess
+from rosoclingo.engine.process import SearchProcess, Spare, prepare_search
 from rosoclingo.engine.worker import SearchEnd
 
 SECONDS = 120  # until a test gives up waiting
@@ -44,25 +43,9 @@ def counters(number: int, parity: int) -> FlatTask:
     return FlatTask([], [], [limit] * number, [0] * number, [([], wishes)], actions)
 
 
-class News:
-    """Waits until something holds that changes with the news of a process."""
-
-    def __init__(self) -> None:
-        self._condition = threading.Condition()
-
-    def __call__(self) -> None:
-        with self._condition:
-            self._condition.notify_all()
-
-    def wait_for(self, holds: Callable[[], bool]) -> None:
-        with self._condition:
-            assert self._condition.wait_for(holds, SECONDS)
-
-
 def ended(task: FlatTask, seconds: float = 60, memory: int = BYTES) -> SearchProcess:
-    news = News()
-    process = SearchProcess(task, seconds=seconds, improve_seconds=60, bytes=memory, on_news=news)
-    news.wait_for(lambda: process.has_ended)
+    process = SearchProcess(task, seconds=seconds, improve_seconds=60, bytes=memory)
+    assert process.wait(SECONDS)
     process.close()
     return process
 
@@ -88,7 +71,7 @@ def test_a_task_without_a_plan_is_told_as_such() -> None:
 def test_a_plan_for_some_requests_is_told_while_one_for_all_is_searched_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(engine_process, "_MOMENT_SECONDS", 0.02)
+    monkeypatch.setattr(process_module, "_MOMENT_SECONDS", 0.02)
     task = counters(12, 3)
     task.requests.append(([], [(1, 4, 4)]))
     process = ended(task, seconds=1.5)
@@ -117,32 +100,71 @@ def test_a_process_can_be_closed_while_it_searches() -> None:
 
 
 def test_a_process_that_is_killed_is_lost() -> None:
-    news = News()
-    process = SearchProcess(
-        counters(12, 3), seconds=60, improve_seconds=0, bytes=BYTES, on_news=news
-    )
+    process = SearchProcess(counters(12, 3), seconds=60, improve_seconds=0, bytes=BYTES)
     os.kill(process.pid, signal.SIGKILL)
-    news.wait_for(lambda: process.has_ended)
+    assert process.wait(SECONDS)
     assert (process.latest(), process.why_ended) == (None, SearchEnd.LOST)
     process.close()
 
 
-def test_a_search_ends_when_its_parent_is_killed() -> None:
+@pytest.fixture
+def spare(monkeypatch: pytest.MonkeyPatch) -> Iterator[Spare]:
+    """Holds no process yet."""
+    empty = Spare()
+    monkeypatch.setattr(process_module, "_SPARE", empty)
+    yield empty
+    empty.end()
+
+
+def test_a_search_takes_the_process_that_was_started_in_advance(spare: Spare) -> None:
+    prepare_search()
+    pid = spare.pid
+    prepare_search()
+    assert spare.pid == pid
+    first, second = ended(steps(5)), ended(steps(6))
+    assert (first.pid, first.latest()) == (pid, [0, 2, 4, 6])
+    assert (spare.pid, second.latest()) == (None, [0, 2, 4, 6, 8])
+
+
+def test_a_process_that_was_started_in_advance_may_be_killed(spare: Spare) -> None:
+    """A search starts another one then."""
+    prepare_search()
+    assert spare.pid
+    os.kill(spare.pid, signal.SIGKILL)
+    os.waitid(os.P_PID, spare.pid, os.WEXITED | os.WNOWAIT)
+    assert ended(steps(5)).latest() == [0, 2, 4, 6]
+
+
+def test_limits_count_for_a_process_that_was_started_in_advance(spare: Spare) -> None:
+    prepare_search()
+    assert ended(counters(12, 3), seconds=0.3).why_ended == SearchEnd.OUT_OF_TIME
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize(
+    "start",
+    [
+        "pid = SearchProcess(counters(12, 3), seconds=60, improve_seconds=0, bytes=BYTES).pid",
+        "prepare_search(); pid = process_module._SPARE.pid",
+    ],
+    ids=["searching", "waiting"],
+)
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
+def test_a_process_ends_with_its_parent(start: str, end: signal.Signals) -> None:
     program = (
-        "from test_engine_process import BYTES, SearchProcess, counters, signal\n"
-        "process = SearchProcess(counters(12, 3), seconds=60, improve_seconds=0, bytes=BYTES)\n"
-        "print(process.pid, flush=True)\n"
-        "signal.pause()\n"
+        "import signal\nfrom test_engine_process import *\n"
+        f"{start}\nprint(pid, flush=True)\nsignal.pause()\n"
     )
     paths = os.pathsep.join([*sys.path, str(Path(__file__).parent)])
     with subprocess.Popen(
         [sys.executable, "-c", program],
         env={**os.environ, "PYTHONPATH": paths},
         stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
     ) as parent:
         assert parent.stdout
         pid = int(parent.stdout.readline())
-        parent.kill()
+        parent.send_signal(end)
     deadline = time.monotonic() + SECONDS
     while is_running(pid):
         assert time.monotonic() < deadline

@@ -178,6 +178,7 @@ def test_a_search_that_cannot_be_started_is_told(
         raise SearchProcessError("it is not compiled: build the workspace")
 
     monkeypatch.setattr(process, "_command", refuse)
+    monkeypatch.setattr(process, "_SPARE", process.Spare())
     world = World(DYN_RESET, [write(tmp_path, ERRANDS)])
     goals = [world.request(f"visit({n})") for n in (3, 5)]
     assert world.run() is None

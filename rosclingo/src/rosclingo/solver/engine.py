@@ -130,6 +130,7 @@ class Engine:
         self.program = Program()
         self._rereads = True
         self._rewrite = rewrite
+        self._is_fresh = False  # nothing was done since the last restart
         self._dropped: Optional[str] = None  # why the solver is dropped, if it is
         self._ask: Optional[SymbolicAtom] = None  # the last ground(P) that was seen
         self.core: Tuple[wire.Assumption, ...] = ()
@@ -147,6 +148,7 @@ class Engine:
         """
         if threads > 1:
             self._options = with_threads(self._options, threads)
+            self._is_fresh = False
             self._restart()
 
     def apply(self, command: wire.Command) -> Optional[wire.Answer]:
@@ -167,6 +169,7 @@ class Engine:
         try:
             if not isinstance(command, wire.Restart):
                 self._check_memory()
+                self._is_fresh = False
             try:
                 with scripts.using(self._scripts):
                     return self._runners[type(command)](command)
@@ -231,6 +234,7 @@ class Engine:
             SolverError: clingo failed.
         """
         self._check_memory()
+        self._is_fresh = False
         literals = [
             (parse_term(a.name), a.value) for a in assumptions if isinstance(a, wire.Assumption)
         ]
@@ -304,6 +308,7 @@ class Engine:
 
     def _drop(self, doing: str) -> OutOfMemoryError:
         """Frees the solver, which ran out of memory; returns the error to raise."""
+        self._is_fresh = False
         self.__dict__.pop("_control", None)  # a restart may fail, too, when it is dropped
         self._theory = make_theory(self._options.theory)  # the solver goes before its theory
         self._externals = _ExternalValues()
@@ -376,6 +381,8 @@ class Engine:
         if self._rereads:
             program = programs.parse_files(options.files, last=last)
             program = program if program is last else self._rewrite(program)
+        if self._is_fresh and program is last:
+            return
         ways = ShortestWays(lambda: self._control.symbolic_atoms)
         causes = CauseFinder(lambda: self._control.symbolic_atoms)
         namespace: scripts.Namespace = {**ways.functions, **causes.functions}
@@ -404,10 +411,11 @@ class Engine:
         self._parts: Dict[Tuple[str, int], Set[str]] = {("base", 0): set()}
         self._add_parts(program)
         self._definitions: List[ast.AST] = list(program.definitions)
-        self._external_signatures: Set[Tuple[str, int, bool]] = set()
+        self._external_signatures = set(program.externals)
         self._once: Set[_Part] = set()  # parts that were grounded by what asks
         self._ask = None
         self.activity.atoms, self.activity.failure, self._dropped = None, "", None
+        self._is_fresh = True
         RESERVE.keep()
 
     def _add(self, command: wire.Add) -> None:
@@ -424,6 +432,7 @@ class Engine:
         if program.has_heuristics:
             use_heuristics(self._control, self._options.clingo)
         self._add_parts(program)
+        self._external_signatures |= program.externals
         self._definitions += program.definitions
 
     def _add_parts(self, program: Program) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import dataclass, field
-from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
+from typing import Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
 
 import clingo
 from clingo import ast
@@ -58,23 +58,28 @@ class Program:
         scripts: The scripts.
         statements: All other statements, in order.
         definitions: Those that other programs are checked with: constants and theories.
+        headers: Those that begin a program part.
         parts: Name and number of parameters of each program part, with the files of its
             statements, but for those that only declare.
         texts: What was in each file, by its real path.
         named: The real paths of the files that were given, in order.
         includes: For each file, the real paths of what it includes, by how it names that.
         remarks: What is said of them.
+        externals: Signatures of ``#external`` statements, as name, arity and sign; of those with
+            pools in their atoms, not all.
         has_heuristics: Whether there is a ``#heuristic`` statement.
     """
 
     scripts: List[ast.AST] = field(default_factory=list)
     statements: List[ast.AST] = field(default_factory=list)
     definitions: List[ast.AST] = field(default_factory=list)
+    headers: List[ast.AST] = field(default_factory=list)
     parts: Dict[Tuple[str, int], Set[str]] = field(default_factory=dict)
     texts: Dict[str, str] = field(default_factory=dict)
     named: List[str] = field(default_factory=list)
     includes: Dict[str, Dict[str, str]] = field(default_factory=dict)
     remarks: List[str] = field(default_factory=list)
+    externals: Set[Tuple[str, int, bool]] = field(default_factory=set)
     has_heuristics: bool = False
 
     def add_to(
@@ -151,7 +156,7 @@ def parse_part(
     program = _parse(lambda add, log: ast.parse_string(text, add, logger=log), sources)
     place = program.statements[0].location  # the "#program base." that clingo begins with
     identifiers = [ast.Id(place, parameter) for parameter in parameters]
-    program.statements[0] = ast.Program(place, name, identifiers)
+    program.statements[0] = program.headers[0] = ast.Program(place, name, identifiers)
     program.parts.setdefault((name, len(parameters)), set())
     return program
 
@@ -192,9 +197,7 @@ def _check_parameters(program: Program, known: Sequence[ast.AST], options: Seque
         for statement in (*known, *program.definitions)
         if statement.ast_type is ast.ASTType.Definition
     }.union(constants(options))
-    for statement in program.statements:
-        if statement.ast_type is not ast.ASTType.Program:
-            continue
+    for statement in program.headers:
         for parameter in statement.parameters:
             if parameter.name in names:
                 place = parameter.location.begin
@@ -209,22 +212,31 @@ def _parse(
     parser: Callable[[Callable[[ast.AST], None], ClingoMessages], None], sources: _Sources
 ) -> Program:
     messages, program = ClingoMessages(), sources.program
-    part = "base", 0
+    part, place = ("base", 0), ""
+    unseen = set(sources.opened.values())  # files without a statement until now
 
     def add(statement: ast.AST) -> None:
-        nonlocal part
+        nonlocal part, place
         kind = statement.ast_type
+        # clingo's locations take long. A statement is of the file of the one before, unless it is
+        # the first of an included file; where clingo comes back, it says "#program base" first.
+        if unseen or kind is ast.ASTType.Program or not place:
+            place = statement.location.begin.filename
+            unseen.discard(place)
         if kind is ast.ASTType.Script:
             program.scripts.append(statement)
             return
         program.statements.append(statement)
         if kind is ast.ASTType.Program:
+            program.headers.append(statement)
             part = statement.name, len(statement.parameters)
             program.parts.setdefault(part, set())
         elif kind is not ast.ASTType.Defined:
-            program.parts.setdefault(part, set()).add(statement.location.begin.filename)
+            program.parts.setdefault(part, set()).add(place)
         if kind in (ast.ASTType.Definition, ast.ASTType.TheoryDefinition):
             program.definitions.append(statement)
+        elif kind is ast.ASTType.External:
+            program.externals.update(_signature(statement.atom.symbol))
         elif kind is ast.ASTType.Heuristic:
             program.has_heuristics = True
 
@@ -242,6 +254,14 @@ def _parse(
     return program
 
 
+def _signature(symbol: ast.AST) -> Iterator[Tuple[str, int, bool]]:
+    """Yields the signature of a symbolic atom; nothing if it is a pool."""
+    positive = symbol.ast_type is not ast.ASTType.UnaryOperation
+    function = symbol if positive else symbol.argument
+    if function.ast_type is ast.ASTType.Function:
+        yield function.name, len(function.arguments), positive
+
+
 class _Sources:
     """Checks texts, and the files that they include, before clingo opens any of them.
 
@@ -254,11 +274,12 @@ class _Sources:
         program: What is to be parsed of them, with their texts, includes and remarks.
         scripts: Whether there may be scripts.
         trusted: Whether statements may have any size.
+        opened: By which name clingo opens each file, by its real path.
     """
 
     def __init__(self, policy: Optional[Policy]) -> None:
         self.program = Program(parts={("base", 0): set()})
-        self._opened: Dict[str, str] = {}  # by which name a real path is
+        self.opened: Dict[str, str] = {}  # by which name a real path is
         self.scripts = policy is None or policy.allow_scripts
         self.trusted = policy is None
         self._policy = policy
@@ -270,7 +291,7 @@ class _Sources:
                 f"the file name {quote(path)} holds characters that no file name has"
             )
         real = os.path.realpath(path)
-        self._opened.setdefault(real, path)
+        self.opened.setdefault(real, path)
         return real
 
     def check_file(self, path: str) -> None:
@@ -280,7 +301,7 @@ class _Sources:
         texts = self.program.texts
         if real not in texts:
             texts[real] = _read(path)
-            self.program.includes[real] = self.check_text(texts[real], self._opened[real])
+            self.program.includes[real] = self.check_text(texts[real], self.opened[real])
 
     def check_text(self, text: str, path: str = "") -> Dict[str, str]:
         """Checks a text, by the name of its file, and returns the real paths of its includes."""

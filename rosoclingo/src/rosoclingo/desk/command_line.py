@@ -100,7 +100,8 @@ def make_parser() -> OptionParser:
         help="a goal without a plan ends alone, and not all with the loop")  # fmt: skip
     add("--patience", type=number_type(), default=DEFAULT_PATIENCE, metavar="S",
         help="when an optimising search ends that has found a plan; 0 for when it is through; by "
-        "default 1 if its encoding looks for better plans while robots act, else 0")  # fmt: skip
+        "default 1 if its encoding looks for better plans while robots act, 0.25 if that has "
+        "lib/actions.lp, else 0")  # fmt: skip
     add("--one-by-one-seconds", type=number_type(), default=ONE_BY_ONE_SECONDS, metavar="S",
         help="how long one horizon after the other is searched, until several take turns; by "
         f"default {ONE_BY_ONE_SECONDS:g}, and 0 for always")  # fmt: skip

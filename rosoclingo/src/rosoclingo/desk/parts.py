@@ -16,6 +16,7 @@ from rosclingo.errors import OptionsError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosoclingo.commands import ROSCommands
+from rosoclingo.desk.shared import shared
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Controller, Decider, Decisions
@@ -116,13 +117,6 @@ def find_mode(mode: str) -> str:
 
 def _modes() -> List[Path]:
     return sorted((shared() / "modes").glob("*.lp"))
-
-
-def shared() -> Path:
-    """Returns the folder of the package's shared files, in a clone or installed."""
-    here = Path(__file__).resolve()
-    places = [p for folder in here.parents for p in (folder, folder / "share" / "rosoclingo")]
-    return next((place for place in places if (place / "modes").is_dir()), here.parent)
 
 
 EXAMPLES = str(shared() / "example")

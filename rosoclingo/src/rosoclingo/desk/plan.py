@@ -11,7 +11,7 @@ import json
 import signal
 import sys
 from functools import lru_cache
-from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, NoReturn, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.engine import Engine
@@ -20,12 +20,9 @@ from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.outcome import DROPPED, ShownPlan, current_plan, reasons, refused, unreached
 from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.profiling import BlockTimeLimit, Profiler
 from rosoclingo.desk.progress import ProgressPrinter
 from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo.desk.story import RunStory
 from rosoclingo.desk.system import Request
-from rosoclingo.desk.why import explain
 from rosoclingo.drawing.errors import picture_errors
 from rosoclingo.engine.task import PlanningTask
 from rosoclingo.errors import ControllerError
@@ -35,8 +32,13 @@ from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.ids import GOAL
 from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.loop.values.snapshot import encode
-from rosoclingo.profile.text import Profile
-from rosoclingo.why.question import WhyAnswer
+
+# What only some options need is imported with them: all of it takes as long as a small task.
+if TYPE_CHECKING:
+    from rosoclingo.desk.profiling import Profiler
+    from rosoclingo.desk.story import RunStory
+    from rosoclingo.profile.text import Profile
+    from rosoclingo.why.question import WhyAnswer
 
 _PROGRAM = "plan.py"
 
@@ -67,7 +69,11 @@ def run(arguments: Sequence[str]) -> int:
     chosen = parse(arguments)
     if chosen.seed_planner is not None:
         say("warning", "--seed-planner has no effect any more: first plans come from rosoclingo")
-    profiler = Profiler(chosen.options) if chosen.profile else None
+    profiler: Optional[Profiler] = None
+    if chosen.profile:
+        from rosoclingo.desk.profiling import BlockTimeLimit, Profiler  # noqa: PLC0415 (see above)
+
+        profiler = Profiler(chosen.options)
     make_engine = Engine if profiler is None else profiler.make_engine
     parts = make_parts(
         chosen.mode, chosen.options, chosen.mode_options, log=_warn, engine=make_engine
@@ -90,7 +96,7 @@ def run(arguments: Sequence[str]) -> int:
     return 2 if wrong else 1 if why else 0
 
 
-_Said = Tuple[List[str], List[str], List[WhyAnswer]]
+_Said = Tuple[List[str], List[str], List["WhyAnswer"]]
 
 
 def _judge(chosen: argparse.Namespace, desk: Desk, failure: Optional[RosclingoError]) -> _Said:
@@ -107,6 +113,8 @@ def _judge(chosen: argparse.Namespace, desk: Desk, failure: Optional[RosclingoEr
     why = reasons(desk, lost, failure)
     answers: List[WhyAnswer] = []
     if why and desk.situation is not None and not wrong and chosen.why_seconds > 0:
+        from rosoclingo.desk.why import explain  # noqa: PLC0415 (see above)
+
         with ProgressPrinter(lambda: "looking why there is no plan"):
             answers, unanswered = explain(desk.situation, chosen, lost)
         if answers:
@@ -147,14 +155,19 @@ class Desk(DeskSimulation):
         self.plan: Optional[ShownPlan] = None
         self._chosen = chosen
         self._is_shown = False
-        self._story = RunStory(
-            lambda line: _print(self.in_short(line)),
-            commands=chosen.commands,
-            phrases=lru_cache(maxsize=1)(lambda: _phrases(chosen)),
-        )
+        self._story = self._begin_story() if self._tells else None
         super().__init__(make, **simulated(chosen))
         if chosen.task and not chosen.json:
             self.loop.state.planner.show_tasks(self._print_task)
+
+    def _begin_story(self) -> RunStory:
+        from rosoclingo.desk.story import RunStory  # noqa: PLC0415 (see above)
+
+        return RunStory(
+            lambda line: _print(self.in_short(line)),
+            commands=self._chosen.commands,
+            phrases=lru_cache(maxsize=1)(lambda: _phrases(self._chosen)),
+        )
 
     def turn(self) -> bool:
         """Shows the plan when the loop waits for the first time; goes on in a simulation."""
@@ -165,7 +178,7 @@ class Desk(DeskSimulation):
     def note(self, record: journal.Record) -> None:
         """Narrates the run, once the plan is shown."""
         super().note(record)
-        if self._is_shown and self._tells:
+        if self._is_shown and self._story is not None:
             self._story.hear(self.journal[-1])
 
     def finish(
@@ -220,8 +233,9 @@ class Desk(DeskSimulation):
 
     def _tell_all(self) -> None:
         self._is_shown = True
-        for entry in self.journal if self._tells else ():
-            self._story.hear(entry)
+        if self._story is not None:
+            for entry in self.journal:
+                self._story.hear(entry)
 
     @property
     def _refuses_all(self) -> bool:

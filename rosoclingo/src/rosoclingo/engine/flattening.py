@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import DefaultDict, Dict, List, Tuple
+from typing import DefaultDict, Dict, List, Set, Tuple
 
 from rosoclingo.engine.derived import NO, YES, Rule
-from rosoclingo.engine.flat import FlatAction, FlatPairs, FlatRule, FlatTask
+from rosoclingo.engine.flat import FlatAction, FlatEffects, FlatPairs, FlatRule, FlatTask
 from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest
 
 
@@ -39,13 +39,16 @@ class _Flattener:
         self._task = task
         self._facts = _Facts()
         self._numbers = {name: number for number, name in enumerate(task.limits)}
-        self._read = {variable for action in task.actions for variable, _ in action.needs}
+        self._read: Set[str] = set()  # variables whose values matter
         for action in task.actions:
-            self._read.update(variable for variable, _ in action.others)
+            self._read.update([variable for variable, _ in action.needs])
+            if action.others:
+                self._read.update([variable for variable, _ in action.others])
             for change in action.changes:
-                self._read.update(variable for variable, _ in change.conditions)
+                if change.conditions:
+                    self._read.update([variable for variable, _ in change.conditions])
         for request in task.requests.values():
-            self._read.update(variable for variable, _ in request.values)
+            self._read.update([variable for variable, _ in request.values])
         self._rules = [*task.derivation.needed(self._read)]
         self._actuators: DefaultDict[str, int] = defaultdict(lambda: len(self._actuators))
 
@@ -69,20 +72,21 @@ class _Flattener:
         )
 
     def _action(self, action: TaskAction) -> FlatAction:
-        facts = self._facts
-        return (
-            [facts[fact] for fact in action.needs],
-            [facts[fact] for fact in action.others],
-            [
-                ([facts[fact] for fact in change.conditions],
-                 *facts[change.variable, change.value])
-                for change in action.changes
-                if change.variable in self._read
-            ],
-            [(int(kind), self._numbers[name], amount) for kind, name, amount in action.numbers],
-            action.cost,
-            self._actuators[action.actuator],
-        )  # fmt: skip
+        facts, read = self._facts, self._read
+        needs = [facts[fact] for fact in action.needs]
+        others = [facts[fact] for fact in action.others] if action.others else []
+        effects: FlatEffects = []
+        for change in action.changes:
+            variable = change.variable
+            if variable in read:
+                given = [facts[fact] for fact in change.conditions] if change.conditions else []
+                effects.append((given, *facts[variable, change.value]))
+        numbers = (
+            [(int(kind), self._numbers[name], amount) for kind, name, amount in action.numbers]
+            if action.numbers
+            else []
+        )
+        return needs, others, effects, numbers, action.cost, self._actuators[action.actuator]
 
     def _rule(self, rule: Rule) -> FlatRule:
         facts = self._facts

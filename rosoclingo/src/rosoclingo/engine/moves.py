@@ -67,8 +67,11 @@ class Moves:
             if needed.get(place)
         ]
 
-    def reserving(self, action: TaskAction) -> TaskAction:
-        """Returns an action that leaves a robot enough where it takes it."""
+    def reserving(self, actions: Sequence[TaskAction]) -> Sequence[TaskAction]:
+        """Returns actions that leave robots enough where they take them."""
+        return [self._leaving(action) for action in actions] if self._reserves else actions
+
+    def _leaving(self, action: TaskAction) -> TaskAction:
         bounds = {(kind, name): amount for kind, name, amount in action.numbers}
         for change in action.changes:
             robot = change.variable[3:-1]

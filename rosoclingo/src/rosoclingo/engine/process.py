@@ -1,5 +1,10 @@
-"""Runs the search in a process of its own, in the background."""
+"""Runs the search in a process of its own, in the background.
 
+:func:`prepare_search` starts the process of the next search in advance, so that the search itself
+need not wait until Python and its modules are there.
+"""
+
+import atexit
 import contextlib
 import marshal
 import os
@@ -8,6 +13,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple, Union
@@ -41,6 +47,71 @@ def _command() -> List[str]:
     return [sys.executable, "-I", "-S", _WORKER, str(os.getpid()), cython, *engine.__path__]
 
 
+class Spare:
+    """Holds the process of the next search, which waits for its task. Thread-safe."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process: Optional[subprocess.Popen[bytes]] = None
+        self._parent = 0  # who has started it; after a fork, the child has none
+
+    @property
+    def pid(self) -> Optional[int]:
+        """The number of the process; None without one."""
+        process = self._process
+        return None if process is None else process.pid
+
+    def fill(self) -> None:
+        """Starts a process, unless there is one."""
+        with self._lock:
+            if self._process is None or self._parent != os.getpid():
+                self._process, self._parent = _start(), os.getpid()
+
+    def take(self) -> "Optional[subprocess.Popen[bytes]]":
+        """Returns the process; None if there is none, or if it has ended."""
+        with self._lock:
+            process, self._process = self._process, None
+            is_mine = self._parent == os.getpid()
+        return process if process is not None and is_mine and process.poll() is None else None
+
+    def end(self) -> None:
+        """Ends the process."""
+        process = self.take()
+        if process is not None:
+            process.kill()
+            process.communicate()
+
+
+_SPARE = Spare()
+atexit.register(_SPARE.end)
+
+
+def prepare_search() -> None:
+    """Starts the process of the next search, unless it is there. Thread-safe.
+
+    It waits for its task, and ends at the latest when this process ends. Nothing happens if it
+    cannot be started: the search says why.
+    """
+    with contextlib.suppress(OSError, SearchProcessError):
+        _SPARE.fill()
+
+
+def _start() -> "subprocess.Popen[bytes]":
+    """Starts a process that waits for its task.
+
+    Raises:
+        OSError: It cannot be started.
+        SearchProcessError: The search is not compiled, and Cython is not installed.
+    """
+    return subprocess.Popen(  # noqa: S603 (this package's program)
+        _command(),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,  # so that Ctrl-C does not reach it
+    )
+
+
 def _read(read: Callable[[int], bytes]) -> Union[str, List[int], Tuple[int, ...]]:
     """Reads a record; :attr:`SearchEnd.LOST` after the last one, if that is not the reason."""
     size = int.from_bytes(read(LENGTH_BYTES), "little")
@@ -65,9 +136,8 @@ class SearchProcess:
         bytes: int,  # noqa: A002
         plan: Optional[Sequence[int]] = None,
         improve_evaluations: Optional[int] = None,
-        on_news: Callable[[], None] = lambda: None,
     ) -> None:
-        """Starts the process.
+        """Starts the process, or takes the one that was started in advance.
 
         Args:
             task: The task.
@@ -77,21 +147,19 @@ class SearchProcess:
             plan: A plan that is known, so that only better ones are searched for.
             improve_evaluations: How many states that search may look at; None for as many as the
                 search for the first plan, or for none if that has taken more than a moment.
-            on_news: Called by a thread of this object, without a lock, whenever a plan was found,
-                and when the process has ended.
 
         Raises:
             OSError: The process cannot be started.
             SearchProcessError: The search is not compiled, and Cython is not installed.
         """
-        self._on_news = on_news
         self._lock = threading.Lock()
+        self._gone = threading.Event()
         self._plans: List[List[int]] = []
         self._partial: Tuple[int, ...] = ()
         self._why_ended = ""
         self._is_closing = False
-        self._is_gone = False
         self._seconds = 0.0
+        self._began = time.monotonic()
         known = None if plan is None else list(plan)
         options = {
             "seconds": seconds,
@@ -101,13 +169,7 @@ class SearchProcess:
             "plan": known,
         }
         self._input = marshal.dumps((tuple(task), options))
-        self._process = subprocess.Popen(  # noqa: S603 (this package's program)
-            _command(),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,  # so that Ctrl-C does not reach it
-        )
+        self._process = _SPARE.take() or _start()
         most = int(seconds + improve_seconds) + _SPARE_SECONDS
         with contextlib.suppress(ProcessLookupError):  # it has ended already
             resource.prlimit(self._process.pid, resource.RLIMIT_CPU, (most, most + 1))
@@ -132,9 +194,7 @@ class SearchProcess:
                 else:
                     with self._lock:
                         self._plans.append(record)
-                    self._on_news()
         self._end(reason)
-        self._on_news()
 
     def _end(self, reason: str) -> None:
         """Waits for the end of the process, and notes the reason and the processor time."""
@@ -150,7 +210,7 @@ class SearchProcess:
             elif reason == SearchEnd.LOST and self._is_closing:
                 reason = SearchEnd.CLOSED
             self._why_ended = reason
-            self._is_gone = True
+            self._gone.set()
 
     @property
     def pid(self) -> int:
@@ -160,7 +220,11 @@ class SearchProcess:
     @property
     def has_ended(self) -> bool:
         """True once the process has ended, with or without a plan."""
-        return self._is_gone
+        return self._gone.is_set()
+
+    def wait(self, seconds: float) -> bool:
+        """Waits until the process has ended, for some time at most; tells whether it has."""
+        return self._gone.wait(seconds)
 
     @property
     def why_ended(self) -> str:
@@ -187,19 +251,25 @@ class SearchProcess:
 
     @property
     def seconds(self) -> float:
-        """The processor time that the process has used, in seconds."""
+        """The processor time that the process has used, also for its start, in seconds."""
         with self._lock:
-            if not self._is_gone:
+            if not self._gone.is_set():
                 stat = Path(f"/proc/{self._process.pid}/stat").read_text()
                 ticks = stat.rpartition(")")[2].split()[11:13]
                 self._seconds = sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
             return self._seconds
 
+    def has_used(self, seconds: float) -> bool:
+        """Tells whether it has used more processor time than that.
+
+        It has not as long as less time has passed at all, so that nothing has to be read then.
+        """
+        return time.monotonic() - self._began > seconds and self.seconds > seconds
+
     def close(self) -> None:
-        """Ends the process. May be called several times, also from ``on_news``."""
+        """Ends the process. May be called several times."""
         with self._lock:
             self._is_closing = True
-            if not self._is_gone:
+            if not self._gone.is_set():
                 os.kill(self._process.pid, signal.SIGKILL)
-        if threading.current_thread() is not self._thread:
-            self._thread.join()
+        self._thread.join()

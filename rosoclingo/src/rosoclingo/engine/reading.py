@@ -94,8 +94,7 @@ class TaskReader:
             draining=rows["drains"],
             reserving=rows["reserves"],
         )
-        actions = [moves.reserving(action) for action in actions]
-        relevance = Relevance(state, actions, requests, moves, derivation)
+        relevance = Relevance(state, moves.reserving(actions), requests, moves, derivation)
         return PlanningTask(
             state,
             limits,

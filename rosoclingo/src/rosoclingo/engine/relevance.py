@@ -40,9 +40,10 @@ class Relevance:
         actions = [*actions, *map(_as_action, derivation.rules)]
         self._moves = moves
         self._requests = requests
+        self._robots = {f"at({robot})": robot for robot in moves.robots}
         self._spots: DefaultDict[str, Dict[str, None]] = defaultdict(dict)  # by at(R)
-        for fact in _asked(actions, requests):
-            if self._robot(fact[0]):
+        for fact in _asked(actions, requests) if self._robots else ():
+            if fact[0] in self._robots:
                 self._spots[fact[0]][fact[1]] = None
         self._reached: Dict[TaskFact, None] = {}
         self._possible = self._find_possible(actions)
@@ -54,62 +55,60 @@ class Relevance:
         }
         self.actions = self._find_helpful()
 
-    def _robot(self, variable: str) -> str:
-        """Returns the robot whose position a variable is; empty if it is none."""
-        robot = variable[3:-1]
-        return robot if variable.startswith("at(") and robot in self._moves.robots else ""
-
     # Forwards.
 
     def _find_possible(self, actions: Sequence[TaskAction]) -> List[TaskAction]:
+        reached, values, robots = self._reached, self._state.values, self._robots
         waiting: DefaultDict[TaskFact, List[int]] = defaultdict(list)
         differing: DefaultDict[str, List[Tuple[str, int]]] = defaultdict(list)
         missing: List[int] = []
-        possible: Dict[int, None] = {}
-        new: List[TaskFact] = []
+        possible: List[int] = []
+        new: List[TaskFact] = list(values.items())
+        reached.update(dict.fromkeys(new))
 
-        def fulfil(number: int) -> None:
-            missing[number] -= 1
-            if missing[number] == 0:
-                possible[number] = None
-                for change in actions[number].changes:
-                    reach((change.variable, change.value))
+        def do(number: int) -> None:
+            possible.append(number)
+            for change in actions[number].changes:
+                reach((change.variable, change.value))
 
         def reach(fact: TaskFact) -> None:
-            if fact not in self._reached:
-                self._reached[fact] = None
+            if fact not in reached:
+                reached[fact] = None
                 new.append(fact)
 
         for number, action in enumerate(actions):
-            conditions = 1 + len(action.needs)
+            conditions = len(action.needs)
             for fact in action.needs:
                 waiting[fact].append(number)
             for variable, value in action.others:
-                if self._state.values.get(variable) == value:
+                if values.get(variable) == value:
                     differing[variable].append((value, number))
                     conditions += 1
             missing.append(conditions)
-        for fact in self._state.values.items():
-            reach(fact)
         for derived in self._derivation.strata:  # what it rests on may not hold any more
             reach((derived, NO))
-        for number in range(len(actions)):
-            fulfil(number)
+        for number, conditions in enumerate(missing):
+            if not conditions:
+                do(number)
         while new:
-            variable, value = new.pop()
-            for number in waiting.pop((variable, value), ()):
-                fulfil(number)
-            waiting_for_others = differing.pop(variable, [])
-            for unwanted, number in waiting_for_others:
-                if unwanted != value:
-                    fulfil(number)
-            rest = [each for each in waiting_for_others if each[0] == value]
-            if rest:
-                differing[variable] = rest
-            robot = self._robot(variable)
-            if robot:
-                spots = [p for p in self._spots[variable] if (variable, p) not in self._reached]
-                for way in self._moves.ways(robot, value, spots):
+            fact = new.pop()
+            variable, value = fact
+            fulfilled = waiting.pop(fact, [])
+            if variable in differing:
+                waiting_for_others = differing.pop(variable)
+                fulfilled += [
+                    number for unwanted, number in waiting_for_others if unwanted != value
+                ]
+                rest = [each for each in waiting_for_others if each[0] == value]
+                if rest:
+                    differing[variable] = rest
+            for number in fulfilled:
+                missing[number] -= 1
+                if not missing[number]:
+                    do(number)
+            if variable in robots:
+                spots = [p for p in self._spots[variable] if (variable, p) not in reached]
+                for way in self._moves.ways(robots[variable], value, spots):
                     reach((variable, way.name))
         return [actions[number] for number in sorted(possible)]
 
@@ -181,7 +180,7 @@ class Relevance:
                 for name, _, _ in rule.bounds:
                     want((name, True))
                     want((name, False))
-            robot = self._robot(what[0])
+            robot = self._robots.get(what[0])
             if robot and robot not in robots:
                 robots.add(robot)
                 want_values(what[0])
@@ -208,7 +207,7 @@ class Relevance:
             for action in self._possible
             if id(action) in helpful and action.actuator  # none does what is derived
         ]
-        return [*ordered, *self._ways(ordered, sorted(robots))]
+        return [*ordered, *self._ways(ordered, sorted(robots))] if robots else ordered
 
     def _ways(self, actions: Sequence[TaskAction], robots: Sequence[str]) -> Iterable[TaskAction]:
         """Yields the ways of robots to where something may be done."""

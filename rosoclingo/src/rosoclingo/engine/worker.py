@@ -20,9 +20,10 @@ record is a marshalled list of the indices of a plan's actions, or a tuple of th
 some requests; the last one is the reason for the end.
 """
 
+import gc
 import sys
 from marshal import dumps, loads
-from posix import getppid
+from posix import _exit, getppid
 from time import process_time
 
 LENGTH_BYTES = 4
@@ -71,8 +72,7 @@ def search(task: tuple, options: dict, parent: int) -> str:
     Returns:
         The reason for the end.
     """
-    # main says first where they are.
-    from rosoclingo.engine.improving import Improver  # noqa: PLC0415
+    from rosoclingo.engine.improving import Improver  # noqa: PLC0415 (as main says)
     from rosoclingo.engine.search import OutOfTimeError, Search  # noqa: PLC0415
 
     try:
@@ -110,8 +110,16 @@ def main() -> None:
         sys.modules[name] = package
     if cython:
         sys.path.append(cython)
-    task, options = loads(sys.stdin.buffer.read())  # noqa: S302 (of the parent)
-    write(search(task, options, int(parent)))
+    # What it needs is loaded before the task comes, for which it may wait.
+    import rosoclingo.engine.improving  # noqa: PLC0415
+    import rosoclingo.engine.search  # noqa: F401, PLC0415
+
+    data = sys.stdin.buffer.read()
+    if data:  # else the parent has ended without a task
+        gc.disable()  # it would look at the task again and again; a search makes no cycles
+        task, options = loads(data)  # noqa: S302 (of the parent)
+        write(search(task, options, int(parent)))
+        _exit(0)  # to free the memory object by object would take some time
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ Versions 0.5 and 1.0 of that package are tested; their folders differ in where t
 
 from __future__ import annotations
 
-from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Optional
@@ -25,6 +24,8 @@ def find_fast_downward() -> Optional[Path]:
 
 def installed_version() -> str:
     """Returns the version of the package that is installed, "" if that is unknown."""
+    from importlib import metadata  # noqa: PLC0415 (it takes 10 ms, and only errors need it)
+
     try:
         return metadata.version(DOWNWARD_PACKAGE)
     except metadata.PackageNotFoundError:

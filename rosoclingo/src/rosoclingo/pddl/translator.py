@@ -76,7 +76,8 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
         for file, text in zip(files, texts):
             file.write_text(text, encoding="utf-8")
         ended = subprocess.run(  # noqa: S603 (a list, without a shell)
-            [sys.executable, "-m", module, *map(str, files),
+            # It needs no packages, and to find them (without -S) takes as long as some tasks.
+            [sys.executable, "-S", "-m", module, *map(str, files),
              "--keep-unimportant-variables", "--keep-no-ops", "--sas-file", str(output)],
             cwd=folder,
             env={**os.environ, "PYTHONPATH": str(programs), "PYTHONHASHSEED": "0"},

@@ -17,7 +17,8 @@ from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options, parse_options
 from rosoclingo.desk.bag import write_bag
 from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import find_mode, make_parts, shared
+from rosoclingo.desk.parts import find_mode, make_parts
+from rosoclingo.desk.shared import shared
 from rosoclingo.desk.simulation import DeskSimulation
 
 ENCODING = "encoding/robot.lp"

@@ -12,6 +12,7 @@ from typing import Callable, Dict, Iterable, Iterator, List, Optional, Sequence,
 from rosclingo.errors import OutOfMemoryError
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
+from rosoclingo.engine.process import prepare_search
 from rosoclingo.engine.task import PlanningTask
 from rosoclingo.errors import SpareMemoryError
 from rosoclingo.loop.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
@@ -48,6 +49,7 @@ ONE_BY_ONE_SECONDS = 2.0
 
 _FOLLOW_SECONDS = 0.5  # how long it may take to find the rest of a plan again
 _PATIENCE = 1.0
+_AWAITED_SECONDS = 0.25  # of work, for a first plan of a task that is not improved later
 _FIRST = 0.01
 _MORE_SECONDS = 10.0  # of work, for which a plan for further wishes is looked for at first
 _MORE = 2.0  # the factor by which that is longer the next time
@@ -140,6 +142,13 @@ class Planner(PlannerState):
         self._has_threads: Optional[bool] = None  # None as long as that is not known
 
     @property
+    def _task_patience(self) -> float:
+        """For how many seconds of work a first plan of a task is improved; 0 for a moment."""
+        if self.patience == DEFAULT_PATIENCE:
+            return _AWAITED_SECONDS if self.is_awaited else 0.0
+        return self.patience
+
+    @property
     def _limit(self) -> float:
         """After how many seconds an optimising search ends that has found a plan, 0 for never."""
         if self.patience == DEFAULT_PATIENCE:
@@ -198,6 +207,8 @@ class Planner(PlannerState):
         ids = list(slots) if slots is not None else self._learn_slots()
         if self.demand.has_tasks:  # after a reset, base is what it was
             self._tasks.read_facts(self.demand.ground)
+            if not (self.recorded.knows_searches or self.demand.is_constrained):
+                prepare_search()
         if self.demand.tells:
             self.run(wire.ReleaseExternal(TOLD))  # each search takes some time for each external
         return ids
@@ -609,6 +620,7 @@ class Planner(PlannerState):
             patience=self._limit,
             first=_FIRST if self._is_hasty else None,
             awaits_layers=self.patience > 0 or (self.is_awaited and self._limit > 0),
+            task_patience=self._task_patience,
             neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,
             note=self.note,

@@ -50,6 +50,8 @@ class Searching:
         first: Likewise for a plan that says its choices, if that is another time.
         awaits_layers: Whether ``patience`` counts for plans in layers, too: else, their first plan
             is taken.
+        task_patience: For how many seconds of work a first plan of a task is improved; 0 for a
+            moment.
         neighbourhoods: Says what of a plan is searched anew.
         recorded: Knows in a replay how it ends, if that depends on time.
         note: Called with how it has ended, likewise.
@@ -68,6 +70,7 @@ class Searching:
     patience: float
     first: Optional[float]
     awaits_layers: bool
+    task_patience: float
     neighbourhoods: Neighbourhoods
     recorded: Recorded
     note: Callable[[SearchEnded], None]
@@ -255,8 +258,7 @@ class Searching:
         """Finds a plan for the task that an answer set shows; returns None without one."""
         ended = self.recorded.search_due(Ended.FOUND, Ended.CALLED, number=number)
         if ended is None and not (self.recorded.knows_searches or self.demand.is_constrained):
-            patience = self.patience if self.awaits_layers else 0.0
-            ended = self.tasks.find(symbols, self.step, stopped, patience)
+            ended = self.tasks.find(symbols, self.step, stopped, self.task_patience)
         if ended is not None and ended.how is Ended.FOUND:
             self.note(dataclasses.replace(ended, round=number))
         return ended
@@ -425,8 +427,9 @@ class Searching:
                 return dataclasses.replace(outcome, interrupted=True), Quality(())
             is_cut = limit and outcome.interrupted and not is_stopped
             if not (is_cut and (found or best)):
-                # What only says how many layers there are costs nothing.
-                is_plan = WantedLayers.of(outcome.symbols) is None
+                # What only says how many layers there are, or what the task is, costs nothing.
+                is_task = self.demand.has_tasks and bool(task_of(outcome.symbols))
+                is_plan = not is_task and WantedLayers.of(outcome.symbols) is None
                 cost = self.cost(outcome, found) if is_plan else ()
                 is_best = not is_restricted(outcome.symbols)
                 return outcome, Quality(cost, cost if is_best else ()) if cost else None

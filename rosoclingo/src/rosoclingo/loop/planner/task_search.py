@@ -10,15 +10,14 @@ from __future__ import annotations
 
 import contextlib
 import enum
-import threading
-import time
+import gc
 from dataclasses import dataclass, replace
 from typing import Callable, Container, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
 from rosoclingo.engine.flattening import flatten
-from rosoclingo.engine.process import SearchProcess
+from rosoclingo.engine.process import SearchProcess, prepare_search
 from rosoclingo.engine.reading import TaskReader, plan_rows
 from rosoclingo.engine.rest import rest_of_plan
 from rosoclingo.engine.task import PlanningTask
@@ -47,7 +46,7 @@ _MOST_WORK = 10.0  # seconds of a slow processor that a second of work may take
 _SECONDS = 60.0  # of processor time, which it has in all
 _BYTES = 2**31
 _SHOWN_SECONDS = 1.25  # of processor time, after which a first better plan is shown
-_POLL_SECONDS = 0.005
+_POLL_SECONDS = 0.01
 
 
 def task_of(symbols: Sequence[str]) -> str:
@@ -60,6 +59,21 @@ def task_of(symbols: Sequence[str]) -> str:
         if text.startswith(_TASK):
             return split_term(text)[1][0]
     return ""
+
+
+@contextlib.contextmanager
+def _no_collection() -> Iterator[None]:
+    """A context in which Python does not collect garbage, for which it looks at all new objects.
+
+    A task consists of so many that this would take as long as reading it.
+    """
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 @dataclass
@@ -109,7 +123,8 @@ class TaskSearch:
         self.run(ground([wire.Part(_FACTS)]), wire.AssignExternal(_SHOWING, wire.Truth.TRUE))
         outcome = self.solver.solve()
         if outcome.result is wire.Result.SAT:
-            self._reader.read_facts(outcome.symbols)
+            with _no_collection():
+                self._reader.read_facts(outcome.symbols)
         self.run(wire.AssignExternal(_SHOWING, wire.Truth.FALSE))
 
     def follow(self, symbols: Sequence[str]) -> None:
@@ -118,7 +133,8 @@ class TaskSearch:
 
     def read(self, symbols: Sequence[str], step: int) -> PlanningTask:
         """Returns the task that an answer set shows in a step."""
-        return self._reader.read(symbols, self.state.followed, self.state.passed + step)
+        with _no_collection():
+            return self._reader.read(symbols, self.state.followed, self.state.passed + step)
 
     def find(
         self, symbols: Sequence[str], step: int, stopped: Callable[[], bool], patience: float
@@ -233,9 +249,10 @@ class TaskSearch:
             plan=plan[first:],
         )
         with contextlib.closing(process):
+            prepare_search()  # for when news ends this one
             while not (process.has_ended or stopped()):
-                time.sleep(_POLL_SECONDS)
-                if process.plans_found and process.seconds > enough:
+                process.wait(_POLL_SECONDS)
+                if process.plans_found and process.has_used(enough):
                     break
             better = process.latest()
         self._shown += better is not None
@@ -266,7 +283,6 @@ class _Attempt:
         self._stopped = stopped
         self._patience = patience
         self._is_alone = bool(task.derivation.variables)
-        self._news = threading.Event()
         self._process: Optional[SearchProcess] = None
         self.plan: List[int] = []
         self.missing = 0
@@ -338,8 +354,8 @@ class _Attempt:
         missing = {slot: self._task.requests[slot] for slot in wanted if slot not in done.met}
         if not missing:
             return _Result.MET
-        flat = flatten(replace(self._task, state=done.state, requests=missing))
-        self._news.clear()
+        with _no_collection():
+            flat = flatten(replace(self._task, state=done.state, requests=missing))
         patience = self._patience
         self._process = process = SearchProcess(
             flat,
@@ -347,12 +363,11 @@ class _Attempt:
             improve_seconds=_MOST_WORK * (patience or 1.0),
             improve_evaluations=flat.evaluations(patience) if patience else None,
             bytes=_BYTES,
-            on_news=self._news.set,
         )
         while not (process.has_ended or self._stopped()):
-            self._news.wait(_POLL_SECONDS)
+            process.wait(_POLL_SECONDS)
             most = min(seconds, _ALONE_SECONDS) if process.partial else seconds
-            if process.seconds > most and not process.plans_found:
+            if not process.plans_found and process.has_used(most):
                 self.plan = [*self.plan, *process.partial]
                 return _Result.LATE
         return self._take()
