@@ -11,13 +11,18 @@ import pytest
 from episode import DYN_RESET, RECORDING, RESET, SINGLE
 from test_actions import World, write
 
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Result
 from rosoclingo.desk import plan
 from rosoclingo.engine import process
 from rosoclingo.engine.process import SearchProcess
 from rosoclingo.errors import SearchProcessError
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner import task_search
+from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, Planner
 from rosoclingo.loop.planner.task_search import TaskSearch
+from rosoclingo.loop.values.atoms import Action, Plan
 from rosoclingo.loop.words import FAILURE
 
 ERRANDS = """
@@ -169,6 +174,58 @@ def test_a_search_that_cannot_be_started_is_told(
     said = [text for text in world.warnings if "plans come from clingo alone" in text]
     assert len(said) == 1
     assert "build the workspace" in said[0]
+
+
+def followed_plan(folder: Path) -> Planner:
+    """Returns a planner in step 1 with a plan that got worse: the other robot is free again."""
+    planner = Planner(Engine(Options((write(folder, ERRANDS),), ())), DEFAULT_PATIENCE)
+    planner.begin()
+    planner.tell(["event(info,at(b,9),0)", "event(info,blocked(8,9),0)", "event(1,visit(8),0)"])
+    found = Plan(planner.search(0, 10_000, lambda: False).symbols)
+    assert [(one.actuator, one.name) for one in found.actions(1)] == [("a", "go(1)")]
+    planner.tell(["event(commit,do(a,go(1)),1)", "event(a,success,1)"])
+    planner.tell(["event(info,unblocked(8,9),1)"])
+    assert planner.search(1, 10_000, lambda: False).result is Result.SAT
+    assert planner.may_improve
+    return planner
+
+
+def test_a_better_plan_is_followed(tmp_path: Path) -> None:
+    """So it is not found again, and what is left of it stands after news."""
+    planner = followed_plan(tmp_path)
+    ended: List[Ended] = []
+    planner.note = lambda search: ended.append(search.how)
+    better = planner.improve(1, lambda: False)
+    assert better is not None
+    expected = [("b", "go(8)", 2), ("b", "look(1)", 3)]
+    assert Plan(better.symbols).actions_from(2) == [Action(*one) for one in expected]
+    assert planner.improve(1, lambda: False) is None
+    assert ended[0] is Ended.BETTER
+    assert Ended.BETTER not in ended[1:]
+
+
+@pytest.mark.parametrize("error", [SearchProcessError("not compiled"), OSError("too many")])
+def test_better_plans_are_looked_for_after_a_search_that_could_not_begin(
+    error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planner = followed_plan(tmp_path)
+    warnings: List[str] = []
+    planner.warn_of_search(warnings.append)
+    before, command = planner.quality, process._command
+
+    def refuse() -> List[str]:
+        raise error
+
+    monkeypatch.setattr(process, "_command", refuse)
+    assert planner.improve(1, lambda: False) is None
+    assert planner.quality == before is not None
+    assert not planner.may_improve  # or it would be tried without end
+    assert str(error) in warnings[0]
+    monkeypatch.setattr(process, "_command", command)
+    planner.tell(["event(info,unblocked(2,3),1)"])
+    assert planner.search(1, 10_000, lambda: False).result is Result.SAT
+    assert planner.may_improve
+    assert planner.improve(1, lambda: False) is not None
 
 
 def test_clingo_looks_for_layers_beside_a_search_that_is_late(

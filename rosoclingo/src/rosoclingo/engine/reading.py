@@ -3,8 +3,8 @@ r"""Reads the planning task from the rows that answer sets show, see ``lib/task.
 Rows of what is said in base are read once, all others with each search.
 
 >>> reader = TaskReader()
->>> reader.read_facts(['task_action(arm,open)', 'task_needs(arm,open,"|",door,"|",shut)',
-...                    'task_sets(arm,open,"|",door,"|",wide)'])
+>>> reader.read_facts(['base_action(arm,open)', 'base_needs(arm,open,"|",door,"|",shut)',
+...                    'base_sets(arm,open,"|",door,"|",wide)'])
 >>> task = reader.read(['task_is(door,"|",shut)', 'task_wish(1,"|",door,"|",wide)'])
 >>> print(*task.lines(), sep="\n")
 door is shut
@@ -23,7 +23,16 @@ from rosclingo.wire.term_text import number, split_term
 from rosoclingo.engine.actions import ActionReader
 from rosoclingo.engine.moves import Moves
 from rosoclingo.engine.relevance import Relevance
-from rosoclingo.engine.rows import MOST_AMOUNT, SEPARATOR, TaskRows, joined, level_of, read_rows
+from rosoclingo.engine.rows import (
+    BASE,
+    MOST_AMOUNT,
+    SEARCH,
+    SEPARATOR,
+    TaskRows,
+    joined,
+    level_of,
+    read_rows,
+)
 from rosoclingo.engine.task import PlanningTask, TaskFact, TaskRequest, TaskState
 from rosoclingo.engine.ways import WayMap
 from rosoclingo.errors import TaskError
@@ -54,7 +63,7 @@ class TaskReader:
 
     def read_facts(self, symbols: Iterable[str]) -> None:
         """Reads what is said in base."""
-        self._facts = read_rows(symbols)
+        self._facts = read_rows(symbols, BASE)
         self._actions = ActionReader(self._facts)
         self.has_facts = True
         self._ways = None
@@ -72,7 +81,7 @@ class TaskReader:
         Raises:
             TaskError: A variable has two values.
         """
-        new = defaultdict(list, read_rows(symbols))
+        new = defaultdict(list, read_rows(symbols, SEARCH))
         limits = {name: level_of(most) for name, most in new["limit"]}
         values = dict(new["is"])
         if len(values) < len(new["is"]):

@@ -186,14 +186,9 @@ class Searching:
         """
         ended = self.recorded.search_due(*IMPROVING)
         if ended is None and self.demand.has_tasks:
-            if self.demand.is_constrained:
+            ended = self._improve_for_task(stopped, seconds)
+            if ended is None:
                 self._gather(str(self.demand.searches))
-            else:
-                symbols = self.solver.solve().symbols
-                try:
-                    ended = self.tasks.improve(symbols, self.step, stopped, seconds)
-                except (TaskError, SearchProcessError, OSError):
-                    ended = SearchEnded(Ended.NOTHING)
         if ended is None:
             look = self._look_for_more(stopped, seconds) if seconds else None
             ended = look or self._look_for_better(stopped)
@@ -210,6 +205,22 @@ class Searching:
         outcome, _ = self.find(lambda: False, ended.quality, rounds=1)
         is_better = ended.how is Ended.BETTER and outcome.result is wire.Result.SAT
         return ended, outcome if is_better else None
+
+    def _improve_for_task(
+        self, stopped: Callable[[], bool], seconds: float
+    ) -> Optional[SearchEnded]:
+        """Looks for a better plan for the task; returns None if clingo has to look for it."""
+        if self.demand.is_constrained:
+            return None
+        self.tasks.read_facts(self.demand.ground)
+        symbols = self.solver.solve().symbols
+        try:
+            return self.tasks.improve(symbols, self.step, stopped, seconds)
+        except TaskError:  # the search does not know all that an execution does
+            pass
+        except (SearchProcessError, OSError) as err:
+            self.tasks.warn_of(err)
+        return None if seconds else SearchEnded(Ended.NOTHING)
 
     def _find_layers(
         self,
@@ -256,6 +267,7 @@ class Searching:
         ended = self.recorded.search_due(Ended.FOUND, Ended.CALLED, number=number)
         if ended is None and not (self.recorded.knows_searches or self.demand.is_constrained):
             patience = self.patience if self.awaits_layers else 0.0
+            self.tasks.read_facts(self.demand.ground)
             ended = self.tasks.find(symbols, self.step, stopped, patience)
         if ended is not None and ended.how is Ended.FOUND:
             self.note(dataclasses.replace(ended, round=number))
