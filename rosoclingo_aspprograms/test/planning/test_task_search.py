@@ -44,6 +44,17 @@ APART = """
 #program moves(k,n).
 :- goes(b,W,n,k).
 """
+DARK = """
+#include "{actions}".
+#program base.
+initially(lamp,off). initially(bell,silent). initially(room,unseen).
+action(arm,ring). sets(arm,ring,bell,rung).
+action(arm,mend). needs(arm,mend,lamp,off). sets(arm,mend,lamp,on).
+action(arm,look). needs(arm,look,lamp,on). needs(arm,look,bell,rung). sets(arm,look,room,seen).
+request(look). wants(look,room,seen).
+#program layer(k,n).
+gains(lamp,on,n,k) :- occ(arm,ring,n,k), {lit}.
+"""
 
 
 @pytest.fixture
@@ -126,6 +137,21 @@ def test_an_encoding_with_constraints_of_its_own_is_for_clingo(
     assert {goal.words[-1] for goal in goals} == {"succeeded"}
     assert not searches
     assert {robot for robot, action in world.published if action.startswith("go")} == {"a"}
+
+
+@pytest.mark.parametrize("lit", [True, False])
+def test_a_plan_of_clingos_is_executed_on_the_task(lit: bool, tmp_path: Path) -> None:
+    """If it is lit, the bell puts on the lamp, for clingo alone."""
+    text = DARK.replace("{lit}", "n > 0" if lit else "n < 0")
+    world = World(DYN_RESET, [write(tmp_path, text)])
+    goal = world.request("look")
+    assert world.run() is None
+    assert goal.words[-1] == "succeeded"
+    assert ("mend" in world.done) != lit
+    said = [text for text in world.warnings if "does not allow the plan" in text]
+    assert ["arm: look is not possible: lamp is off, and not on" in text for text in said] == (
+        [True] if lit else []
+    )
 
 
 def test_what_takes_long_is_left_to_clingo_too(

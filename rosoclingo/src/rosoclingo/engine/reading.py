@@ -23,6 +23,7 @@ from rosclingo.wire.term_text import number, split_term
 from rosoclingo.engine.actions import ActionReader
 from rosoclingo.engine.moves import Moves
 from rosoclingo.engine.relevance import Relevance
+from rosoclingo.engine.rest import first_obstacle
 from rosoclingo.engine.rows import (
     BASE,
     MOST_AMOUNT,
@@ -33,7 +34,7 @@ from rosoclingo.engine.rows import (
     level_of,
     read_rows,
 )
-from rosoclingo.engine.task import PlanningTask, TaskFact, TaskRequest, TaskState
+from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest, TaskState
 from rosoclingo.engine.ways import WayMap
 from rosoclingo.errors import TaskError
 
@@ -81,24 +82,8 @@ class TaskReader:
         Raises:
             TaskError: A variable has two values.
         """
-        new = defaultdict(list, read_rows(symbols, SEARCH))
-        limits = {name: level_of(most) for name, most in new["limit"]}
-        values = dict(new["is"])
-        if len(values) < len(new["is"]):
-            raise TaskError("a variable has two values")
-        levels = {name: level_of(values.pop(name)) for name in limits if name in values}
-        state = TaskState(values, {name: level for name, level in levels.items() if level >= 0})
-        rows = joined({name: self._facts.get(name, []) for name in _OF_MAPS}, new)
-        actions = self._actions.read(new, limits)
+        new, limits, state, actions, moves = self._read(symbols)
         requests = _requests(new["wish"], limits)
-        moves = Moves(
-            self._map_of(rows),
-            limits,
-            actions,
-            robots=rows["moves"],
-            draining=rows["drains"],
-            reserving=rows["reserves"],
-        )
         actions = [moves.reserving(action) for action in actions]
         relevance = Relevance(state, actions, requests, moves)
         return PlanningTask(
@@ -110,6 +95,42 @@ class TaskReader:
             _left(followed, step, {choice for (choice,) in new["failed"]}),
             min(((int(n), slot) for slot, n in new["overdue"]), default=(0, ""))[1],
         )
+
+    def obstacle(self, symbols: Iterable[str], plan: Iterable[str]) -> str:
+        """Returns why a plan is not possible for a task; empty if it is.
+
+        Args:
+            symbols: The answer set that shows the task.
+            plan: What :func:`plan_rows` has returned of the plan.
+
+        Raises:
+            TaskError: A variable has two values.
+        """
+        _, limits, state, actions, moves = self._read(symbols)
+        return first_obstacle(state, limits, actions, moves, _left(plan, -1, ()))
+
+    def _read(
+        self, symbols: Iterable[str]
+    ) -> Tuple[TaskRows, Dict[str, int], TaskState, List[TaskAction], Moves]:
+        """Returns the rows of a search, the limits of numbers, the state, actions and moves."""
+        new = defaultdict(list, read_rows(symbols, SEARCH))
+        limits = {name: level_of(most) for name, most in new["limit"]}
+        values = dict(new["is"])
+        if len(values) < len(new["is"]):
+            raise TaskError("a variable has two values")
+        levels = {name: level_of(values.pop(name)) for name in limits if name in values}
+        state = TaskState(values, {name: level for name, level in levels.items() if level >= 0})
+        rows = joined({name: self._facts.get(name, []) for name in _OF_MAPS}, new)
+        actions = self._actions.read(new, limits)
+        moves = Moves(
+            self._map_of(rows),
+            limits,
+            actions,
+            robots=rows["moves"],
+            draining=rows["drains"],
+            reserving=rows["reserves"],
+        )
+        return new, limits, state, actions, moves
 
     def _map_of(self, rows: TaskRows) -> WayMap:
         closed = {(start, end) for start, end in rows["closed"]}

@@ -449,6 +449,10 @@ class Planner(PlannerState):
         """Has a function called with why the search for plans cannot be used."""
         self._tasks.warn = warn
 
+    def warn_of_plans(self, warn: Callable[[str], None]) -> None:
+        """Has a function called with what is wrong with a plan of clingo's."""
+        self._tasks.warn_of_plan = warn
+
     def show_tasks(self, show: Callable[[PlanningTask], None]) -> None:
         """Has a function called with the planning task of each search that shows one."""
         self._tasks.show = show

@@ -80,6 +80,7 @@ class Searching:
 
     def __post_init__(self) -> None:
         self._lengthen: Callable[[], bool] = lambda: False
+        self._has_gathered = False  # so that the plan is clingo's
         self._layered = LayeredSearch(self.solver, self.run, self.layers, self.cost)
 
     def find(
@@ -159,6 +160,8 @@ class Searching:
             if is_new or not self.demand.improves:
                 quality = found
             parts = self.demand.asked_for(outcome.symbols) if self.demand else []
+            if not parts and self._has_gathered:
+                self.tasks.check(outcome.symbols)
             if not parts:
                 return dataclasses.replace(outcome, interrupted=bound is not None), quality
             self.run(self.demand.ground(parts))
@@ -210,10 +213,11 @@ class Searching:
         self, stopped: Callable[[], bool], seconds: float
     ) -> Optional[SearchEnded]:
         """Looks for a better plan for the task; returns None if clingo has to look for it."""
-        if self.demand.is_constrained:
-            return None
         self.tasks.read_facts(self.demand.ground)
         symbols = self.solver.solve().symbols
+        self.tasks.note_task(symbols)
+        if self.demand.is_constrained:
+            return None
         try:
             return self.tasks.improve(symbols, self.step, stopped, seconds)
         except TaskError:  # the search does not know all that an execution does
@@ -265,9 +269,11 @@ class Searching:
     ) -> Optional[SearchEnded]:
         """Finds a plan for the task that an answer set shows; returns None without one."""
         ended = self.recorded.search_due(Ended.FOUND, Ended.CALLED, number=number)
+        if ended is None and not self.recorded.knows_searches:
+            self.tasks.read_facts(self.demand.ground)
+            self.tasks.note_task(symbols)
         if ended is None and not (self.recorded.knows_searches or self.demand.is_constrained):
             patience = self.patience if self.awaits_layers else 0.0
-            self.tasks.read_facts(self.demand.ground)
             ended = self.tasks.find(symbols, self.step, stopped, patience)
         if ended is not None and ended.how is Ended.FOUND:
             self.note(dataclasses.replace(ended, round=number))
@@ -281,6 +287,7 @@ class Searching:
 
     def _gather(self, number: str) -> wire.Outcome:
         """Has the encoding look for layers, and returns its answer set."""
+        self._has_gathered = True
         self.run(
             self.demand.ground([wire.Part("gather", (number,))]),
             wire.AssignExternal(f"gathered({number})", wire.Truth.TRUE),

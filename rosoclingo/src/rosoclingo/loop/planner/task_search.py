@@ -85,6 +85,7 @@ class TaskSearch:
         state: Returns the plan that is followed.
         show: Called with the task of each search for a first plan.
         warn: Called with why it cannot be used, so that clingo plans alone.
+        warn_of_plan: Called with what is wrong with a plan of clingo's.
     """
 
     solver: Solver
@@ -92,11 +93,13 @@ class TaskSearch:
     state: Callable[[], FollowedPlan]
     show: Callable[[PlanningTask], None] = lambda _: None
     warn: Callable[[str], None] = lambda _: None
+    warn_of_plan: Callable[[str], None] = lambda _: None
 
     def __post_init__(self) -> None:
         self._reader = TaskReader()
         self._attempt: Optional[_Attempt] = None  # a search that takes long
         self._shown = 0  # better plans since the first one
+        self._symbols: Sequence[str] = ()  # the answer set that shows the task
 
     def read_facts(self, ground: Callable[[Sequence[wire.Part]], wire.Command]) -> None:
         """Reads what the encoding says in base, unless that is known.
@@ -160,6 +163,28 @@ class TaskSearch:
             self.close()
             return SearchEnded(Ended.CALLED)
         return ended
+
+    def note_task(self, symbols: Sequence[str]) -> None:
+        """Takes note of the answer set that shows the task of a search."""
+        self._symbols = symbols
+
+    def check(self, symbols: Sequence[str]) -> None:
+        """Executes a plan of clingo's on the task, and warns if it is not possible.
+
+        Args:
+            symbols: The answer set with the plan.
+        """
+        if not (self._reader.has_facts and task_of(self._symbols)):
+            return
+        reason = ""
+        with contextlib.suppress(TaskError):  # the task is more than the search knows
+            reason = self._reader.obstacle(self._symbols, plan_rows(symbols))
+        if reason:
+            self.warn_of_plan(
+                f"the encoding's task does not allow the plan that clingo has found, and that is "
+                f"executed nevertheless: {reason}; rules that the encoding adds to the parts of "
+                f"the library may be the cause"
+            )
 
     def warn_of(self, error: Exception) -> None:
         """Says why no process can be started."""
