@@ -266,7 +266,7 @@ class Physics:
             if not self._has(variable, value):
                 yield f"{variable} is {self.now(variable)}, and not {value}"
         for variable, value in act.others:
-            if variable in self.lost or self._has(variable, value):
+            if self._has(variable, value):  # that it is unknown is another value
                 yield f"{variable} is {self.now(variable)}"
         others = [other for _, other in self.running.values()]
         for number in {*act.takes, *act.adds, *dict(act.least), *dict(act.most)}:
@@ -314,6 +314,7 @@ class Physics:
         lost = sorted(act.writes) if outcome == "unknown" else []
         if outcome != "unknown" or is_done:
             for variable, value in changes:
+                self.lost.discard(variable)
                 if variable in self.limits:
                     self.levels[variable] = int(value)
                 elif variable in self.values:  # and not one of a goal that has ended

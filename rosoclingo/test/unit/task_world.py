@@ -106,10 +106,10 @@ class TaskWorld(World):
         self._says = sorted(rules.base["says"])
         self._places = sorted({place for way in rules.base["way"] for place in way})
         self._robots = sorted(row[0] for row in rules.base["moves"])
-        self._life: Optional[TaskLife] = None
+        self._life: Optional[Life] = None
         self._outcomes: Dict[Tuple[str, int], str] = {}
         self._messages: List[Tuple[MessageArrived, Callable[[], None]]] = []
-        self._said: Dict[str, Tuple[TaskLife, int]] = {}
+        self._said: Dict[str, Tuple[Life, int]] = {}
         self._canceled: Set[str] = set()
         self._unsure: Set[str] = set()  # goals of which a variable was lost
         self._ended: Set[str] = set()
@@ -121,7 +121,7 @@ class TaskWorld(World):
 
     # What is heard.
 
-    def connect(self, life: TaskLife) -> None:
+    def connect(self, life: Life) -> None:
         self._life = life
 
     def hear(self, run: str, told: Sequence[Execution]) -> None:
@@ -175,7 +175,6 @@ class TaskWorld(World):
 
     def turn(self, life: Life) -> None:
         """Lets something happen while the loop waits; nothing if all is over."""
-        assert isinstance(life, TaskLife)
         self._enter()
         if self._messages:
             self._send_message(life)
@@ -207,7 +206,7 @@ class TaskWorld(World):
     def _count(self, what: str) -> None:
         self.counts[what] = self.counts.get(what, 0) + 1
 
-    def _disturb(self, life: TaskLife) -> bool:
+    def _disturb(self, life: Life) -> bool:
         chance = self.chance
         if chance.random() >= self.trouble or self._is_calm:
             return False
@@ -227,12 +226,12 @@ class TaskWorld(World):
             return True
         return False
 
-    def _is_old(self, life: TaskLife, variable: str) -> bool:
+    def _is_old(self, life: Life, variable: str) -> bool:
         """Whether what was said last of a variable is of a step before."""
         said, step = self._said.get(variable, (None, 0))
         return said is None or (life.elapsed > step if said is life else life.elapsed > 0)
 
-    def _cancel(self, life: TaskLife, key: str) -> None:
+    def _cancel(self, life: Life, key: str) -> None:
         self._canceled.add(key)
         self.physics.canceled.add(key)
         life.cancel(life.known[key])
@@ -252,7 +251,7 @@ class TaskWorld(World):
     def _tell(self, text: str, change: Callable[[], None]) -> None:
         self._messages.append((MessageArrived("info", text), change))
 
-    def _send_message(self, life: TaskLife) -> None:
+    def _send_message(self, life: Life) -> None:
         """Sends a message once, unless it has not come; what it says is so from then on."""
         message, change = self._messages[0]
         try:
@@ -262,7 +261,7 @@ class TaskWorld(World):
                 del self._messages[0]
                 change()
 
-    def _answer(self, life: TaskLife, token: Tuple[str, int]) -> None:
+    def _answer(self, life: Life, token: Tuple[str, int]) -> None:
         if token not in self._outcomes:
             actuator = self._acts[token]
             action, act = self.physics.running[actuator]
@@ -286,7 +285,7 @@ class TaskWorld(World):
             return "unknown"
         return "failure"
 
-    def _relieve(self, life: TaskLife) -> None:
+    def _relieve(self, life: Life) -> None:
         """Says what robots cannot find out, and repairs what keeps them from going on."""
         if all(client.end() for client in self.clients.values()):
             return
