@@ -331,4 +331,8 @@ class TaskLife(Life):
         world = self._world
         assert isinstance(world, TaskWorld)
         world.connect(self)
-        super().live()
+        try:
+            super().live()
+        finally:
+            said = [text for text in self.warnings if "does not allow the plan" in text]
+            world.violations.extend(said)

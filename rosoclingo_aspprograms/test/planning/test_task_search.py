@@ -266,4 +266,4 @@ def test_clingo_looks_for_layers_beside_a_search_that_is_late(
     assert searches
     assert all(process.has_ended for process in searches)
     ended = {one.event.how for one in world.journal if isinstance(one.event, SearchEnded)}
-    assert ended & {Ended.FOUND, Ended.LAYERED}
+    assert Ended.LAYERED in ended or len(searches) == 1

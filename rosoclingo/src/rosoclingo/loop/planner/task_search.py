@@ -309,13 +309,13 @@ class _Attempt:
         result = _Result.NO_PLAN
         if rest is not None:
             self.plan = rest
-            result = self._search(self._task.requests)
+            result = self._search(self._task.requests, _ALONE_SECONDS)
         if result is _Result.NO_PLAN:
             self.plan = []
-            elder = self._task.elder
-            if elder in self._task.requests and self._search([elder]) is _Result.LATE:
+            elder = [self._task.elder] if self._task.elder in self._task.requests else []
+            if self._search(elder, _ALONE_SECONDS) is _Result.LATE:
                 return None
-            result = self._search(self._task.requests)
+            result = self._search(self._task.requests, _ALONE_SECONDS)
         if result is _Result.LATE:
             return None
         if result is _Result.NO_PLAN:
@@ -354,7 +354,7 @@ class _Attempt:
             self._process.close()
             self._process = None
 
-    def _search(self, wanted: Iterable[str], seconds: float = _ALONE_SECONDS) -> _Result:
+    def _search(self, wanted: Iterable[str], seconds: float) -> _Result:
         """Extends the plan so that it meets some requests; one that is late goes on."""
         done = self._task.execute(self.plan)
         missing = {slot: self._task.requests[slot] for slot in wanted if slot not in done.met}
