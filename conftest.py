@@ -69,7 +69,8 @@ def _searches_have_processor_time(
     if request.path.parent.name != "planning":
         return
     package = importlib.import_module("rosoclingo.loop.planner")
+    clock = SimpleNamespace(monotonic=time.process_time, sleep=time.sleep)
     for found in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
         module = importlib.import_module(found.name)
         if hasattr(module, "time"):
-            monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=time.process_time))
+            monkeypatch.setattr(module, "time", clock)

@@ -194,14 +194,22 @@ class Runs:
         kills: How often the process has died, in all of them.
     """
 
-    def __init__(self, folder: Path, mode: str, encoding: str = "line.lp", steps: int = 30) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        mode: str,
+        encoding: Union[str, Sequence[str]] = "line.lp",
+        steps: int = 30,
+        solver_options: Sequence[str] = (),
+    ) -> None:
         self._folder = folder
         self._count = 0
         self.kills = 0
         self.wait: Optional[Callable[[], None]] = None
         self.started_with = {"the options of planner": "none"}
         self.parameters: Dict[str, Any] = {}  # of the loop
-        options = Options((str(Path(EXAMPLES) / encoding),))
+        files = [encoding] if isinstance(encoding, str) else encoding
+        options = Options(tuple(str(Path(EXAMPLES) / file) for file in files), (*solver_options,))
         self.parts: Parts = make_parts(mode, options, ("-c", f"steps={steps}"))
         self._engine = self.parts.planner  # which a test may wrap
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 from random import Random
-from typing import Any, List
+from typing import Any, List, Optional
 
 import pytest
 from conftest import Make
@@ -21,12 +21,15 @@ from rosoclingo.bags.replay.replays import ExactReplay
 from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledKind
 from rosoclingo.loop.journal import (
     ARRIVALS,
+    IMPROVING,
     LOOP,
     CommandDone,
+    Ended,
     Entry,
     LoopWaits,
     NodeResumed,
     Reason,
+    SearchEnded,
     key_of,
 )
 from rosoclingo.store.store import Store
@@ -114,6 +117,37 @@ def test_what_a_loop_has_taken_is_not_for_the_one_after_its_kill() -> None:
     assert [due.key for due in schedule.dues] == [
         ("goal", "g", ""), ("cancel", "g", ""), ("message", "robot", "success"),
     ]  # fmt: skip
+
+
+def test_a_search_of_a_wait_with_a_kill_comes_before_the_kill() -> None:
+    """The loop is killed before it decides to wait; the one after it searches for others only."""
+    journal = Journal().command("idle").add("waiting")
+    before, after = SearchEnded(Ended.AS_BEFORE, ("a",)), SearchEnded(Ended.BETTER, ("b",))
+    journal.entries.append(Entry(before, 1, 1, 3, 3.0))
+    journal.add("resumed", LOOP).add("waiting")
+    journal.entries.append(Entry(after, 1, 1, 6, 6.0))
+    journal.command("idle")
+    schedule = KillSchedule(input_schedule(Run(journal.entries), kills=True), (LOOP,))
+    gate = ReplayInbox(schedule.dues)
+    gate.begin_decision(lambda: None)
+    searches: List[Optional[SearchEnded]] = []
+
+    def search() -> None:
+        searches.append(gate.recorded.search_due(*IMPROVING))
+
+    def waits() -> None:
+        schedule.see(before)
+        assert schedule.see(LoopWaits(for_a_replay=True)) == LOOP
+        schedule.killed()
+        gate.close()
+
+    assert schedule.see(CommandDone("idle")) is None
+    gate.begin_decision(waits, search)
+    assert searches == [before]
+    again = ReplayInbox(schedule.dues)
+    again.begin_decision(lambda: None, search)
+    assert not again.recorded.is_early_due
+    assert again.recorded.search_due(*IMPROVING) == after
 
 
 def test_an_input_of_a_wait_that_was_lost_is_sent_before_the_statuses_of_its_decision() -> None:

@@ -13,17 +13,17 @@ from rosoclingo.engine.ways import WayMap
 from rosoclingo.errors import TaskError
 
 SHOP = [
-    "task_moves(r)",
-    'task_way(a,"|",b,"|",1)', 'task_way(b,"|",a,"|",1)', 'task_way(b,"|",c,"|",3)',
-    'task_drains(r,"|",battery,"|",2)', 'task_reserves(r,"|",battery)',
-    "task_action(r,charge)", 'task_needs(r,charge,"|",at(r),"|",a)',
-    'task_fills(r,charge,"|",battery)',
-    "task_action(r,take)", 'task_needs(r,take,"|",at(r),"|",b)', 'task_needs(r,take,"|",box,"|",b)',
-    'task_sets(r,take,"|",box,"|",r)', 'task_uses(r,take,"|",room,"|",1)',
-    'task_costs(r,take,"|",4)',
-    "task_action(r,put)", 'task_needs(r,put,"|",at(r),"|",a)', 'task_needs(r,put,"|",box,"|",r)',
-    'task_sets(r,put,"|",box,"|",a)', 'task_gives(r,put,"|",room,"|",1)',
-    "task_action(r,sing)", 'task_sets(r,sing,"|",mood,"|",good)',
+    "base_moves(r)",
+    'base_way(a,"|",b,"|",1)', 'base_way(b,"|",a,"|",1)', 'base_way(b,"|",c,"|",3)',
+    'base_drains(r,"|",battery,"|",2)', 'base_reserves(r,"|",battery)',
+    "base_action(r,charge)", 'base_needs(r,charge,"|",at(r),"|",a)',
+    'base_fills(r,charge,"|",battery)',
+    "base_action(r,take)", 'base_needs(r,take,"|",at(r),"|",b)', 'base_needs(r,take,"|",box,"|",b)',
+    'base_sets(r,take,"|",box,"|",r)', 'base_uses(r,take,"|",room,"|",1)',
+    'base_costs(r,take,"|",4)',
+    "base_action(r,put)", 'base_needs(r,put,"|",at(r),"|",a)', 'base_needs(r,put,"|",box,"|",r)',
+    'base_sets(r,put,"|",box,"|",a)', 'base_gives(r,put,"|",room,"|",1)',
+    "base_action(r,sing)", 'base_sets(r,sing,"|",mood,"|",good)',
 ]  # fmt: skip
 NOW = [
     'task_is(at(r),"|",a)', 'task_is(box,"|",b)', 'task_is(battery,"|",10)', 'task_is(room,"|",1)',
@@ -143,9 +143,9 @@ def test_a_layer_is_put_in_order() -> None:
     """What reads a value comes before what changes it."""
     reader = TaskReader()
     reader.read_facts([
-        "task_action(x,shut)", 'task_sets(x,shut,"|",door,"|",shut)',
-        "task_action(y,leave)", 'task_needs(y,leave,"|",door,"|",open)',
-        'task_sets(y,leave,"|",room,"|",empty)',
+        "base_action(x,shut)", 'base_sets(x,shut,"|",door,"|",shut)',
+        "base_action(y,leave)", 'base_needs(y,leave,"|",door,"|",open)',
+        'base_sets(y,leave,"|",room,"|",empty)',
     ])  # fmt: skip
     rows = ['task_is(door,"|",open)', 'task_is(room,"|",full)', 'task_wish(1,"|",door,"|",shut)',
             'task_wish(1,"|",room,"|",empty)']  # fmt: skip
@@ -167,8 +167,8 @@ def test_what_served_a_request_that_is_gone_is_left_out() -> None:
     """The robot has taken the box, and nobody wants it at a any more, but at b again."""
     now = ['task_is(at(r),"|",b)', 'task_is(box,"|",r)', 'task_is(battery,"|",8)',
            'task_is(room,"|",0)', *NOW[4:6]]  # fmt: skip
-    back = ["task_action(r,drop)", 'task_needs(r,drop,"|",at(r),"|",b)',
-            'task_needs(r,drop,"|",box,"|",r)', 'task_sets(r,drop,"|",box,"|",b)']  # fmt: skip
+    back = ["base_action(r,drop)", 'base_needs(r,drop,"|",at(r),"|",b)',
+            'base_needs(r,drop,"|",box,"|",r)', 'base_sets(r,drop,"|",box,"|",b)']  # fmt: skip
     followed = ['plan_way(3,"|",r,"|",a,"|",4)', 'plan_act(4,"|",r,put,"|",5)',
                 'plan_act(5,"|",r,sing,"|",6)']  # fmt: skip
     reader = TaskReader()

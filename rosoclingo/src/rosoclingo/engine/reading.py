@@ -3,8 +3,8 @@ r"""Reads the planning task from the rows that answer sets show, see ``lib/task.
 Rows of what is said in base are read once, all others with each search.
 
 >>> reader = TaskReader()
->>> reader.read_facts(['task_action(arm,open)', 'task_needs(arm,open,"|",door,"|",shut)',
-...                    'task_sets(arm,open,"|",door,"|",wide)'])
+>>> reader.read_facts(['base_action(arm,open)', 'base_needs(arm,open,"|",door,"|",shut)',
+...                    'base_sets(arm,open,"|",door,"|",wide)'])
 >>> task = reader.read(['task_is(door,"|",shut)', 'task_wish(1,"|",door,"|",wide)'])
 >>> print(*task.lines(), sep="\n")
 door is shut
@@ -24,8 +24,18 @@ from rosoclingo.engine.actions import ActionReader
 from rosoclingo.engine.derived import Derivation, Rule
 from rosoclingo.engine.moves import Moves
 from rosoclingo.engine.relevance import Relevance
-from rosoclingo.engine.rows import MOST_AMOUNT, SEPARATOR, TaskRows, joined, level_of, read_rows
-from rosoclingo.engine.task import PlanningTask, TaskFact, TaskRequest, TaskState
+from rosoclingo.engine.rest import first_obstacle
+from rosoclingo.engine.rows import (
+    BASE,
+    MOST_AMOUNT,
+    SEARCH,
+    SEPARATOR,
+    TaskRows,
+    joined,
+    level_of,
+    read_rows,
+)
+from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest, TaskState
 from rosoclingo.engine.ways import WayMap
 from rosoclingo.errors import TaskError
 
@@ -56,7 +66,7 @@ class TaskReader:
 
     def read_facts(self, symbols: Iterable[str]) -> None:
         """Reads what is said in base."""
-        self._facts = read_rows(symbols)
+        self._facts = read_rows(symbols, BASE)
         self._actions = ActionReader(self._facts)
         self._derivation = _derivation(self._facts)
         self.has_facts = True
@@ -75,25 +85,9 @@ class TaskReader:
         Raises:
             TaskError: A variable has two values.
         """
-        new = defaultdict(list, read_rows(symbols))
-        limits = {name: level_of(most) for name, most in new["limit"]}
-        values = dict(new["is"])
-        if len(values) < len(new["is"]):
-            raise TaskError("a variable has two values")
-        levels = {name: level_of(values.pop(name)) for name in limits if name in values}
-        state = TaskState(values, {name: level for name, level in levels.items() if level >= 0})
-        derivation = self._derivation
-        rows = joined({name: self._facts.get(name, []) for name in _OF_MAPS}, new)
-        actions = self._actions.read(new, limits)
+        new, limits, state, actions, moves = self._read(symbols)
         requests = _requests(new["wish"], limits)
-        moves = Moves(
-            self._map_of(rows),
-            limits,
-            actions,
-            robots=rows["moves"],
-            draining=rows["drains"],
-            reserving=rows["reserves"],
-        )
+        derivation = self._derivation
         relevance = Relevance(state, moves.reserving(actions), requests, moves, derivation)
         return PlanningTask(
             state,
@@ -105,6 +99,42 @@ class TaskReader:
             min(((int(n), slot) for slot, n in new["overdue"]), default=(0, ""))[1],
             derivation,
         )
+
+    def obstacle(self, symbols: Iterable[str], plan: Iterable[str]) -> str:
+        """Returns why a plan is not possible for a task; empty if it is.
+
+        Args:
+            symbols: The answer set that shows the task.
+            plan: What :func:`plan_rows` has returned of the plan.
+
+        Raises:
+            TaskError: A variable has two values.
+        """
+        _, limits, state, actions, moves = self._read(symbols)
+        return first_obstacle(state, limits, actions, moves, _left(plan, -1, ()))
+
+    def _read(
+        self, symbols: Iterable[str]
+    ) -> Tuple[TaskRows, Dict[str, int], TaskState, List[TaskAction], Moves]:
+        """Returns the rows of a search, the limits of numbers, the state, actions and moves."""
+        new = defaultdict(list, read_rows(symbols, SEARCH))
+        limits = {name: level_of(most) for name, most in new["limit"]}
+        values = dict(new["is"])
+        if len(values) < len(new["is"]):
+            raise TaskError("a variable has two values")
+        levels = {name: level_of(values.pop(name)) for name in limits if name in values}
+        state = TaskState(values, {name: level for name, level in levels.items() if level >= 0})
+        rows = joined({name: self._facts.get(name, []) for name in _OF_MAPS}, new)
+        actions = self._actions.read(new, limits)
+        moves = Moves(
+            self._map_of(rows),
+            limits,
+            actions,
+            robots=rows["moves"],
+            draining=rows["drains"],
+            reserving=rows["reserves"],
+        )
+        return new, limits, state, actions, moves
 
     def _map_of(self, rows: TaskRows) -> WayMap:
         closed = {(start, end) for start, end in rows["closed"]}

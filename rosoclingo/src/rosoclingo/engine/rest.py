@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import List, Mapping, Optional, Sequence, Set
 
-from rosoclingo.engine.task import Kind, PlanningTask, TaskAction, TaskState
+from rosoclingo.engine.moves import Moves
+from rosoclingo.engine.task import Kind, PlanningTask, TaskAction, TaskFact, TaskState
 from rosoclingo.errors import TaskError
 
 _CHANGING = (Kind.TAKES, Kind.ADDS, Kind.BECOMES)
@@ -34,6 +35,49 @@ def rest_of_plan(task: PlanningTask) -> Optional[List[int]]:
     if len(done.met) == len(task.requests):
         return walk.plan
     return _needed(task, walk.plan, done.met)
+
+
+def first_obstacle(
+    state: TaskState,
+    limits: Mapping[str, int],
+    actions: Sequence[TaskAction],
+    moves: Moves,
+    layers: Sequence[Sequence[TaskFact]],
+) -> str:
+    """Returns why a plan is not possible; empty if it is.
+
+    Args:
+        state: What there is before it; changes.
+        limits: The largest level of each number.
+        actions: All actions, without ways.
+        moves: The ways of robots.
+        layers: The plan, as :class:`PlanningTask` has what is left of one.
+    """
+    by_choice = {f"{action.actuator},{action.name}": action for action in actions}
+    chosen: List[TaskAction] = []  # ways and actions, in the order of the plan
+    task = PlanningTask(state, limits, chosen, {})
+    for layer in layers:
+        begin = len(chosen)
+        for robot, place in layer:
+            here = state.values.get(f"at({robot})", "unknown")
+            if place and here != place:
+                ways = list(moves.ways(robot, here, [place]))
+                if not ways:
+                    return f"{robot} cannot go from {here} to {place}"
+                chosen += ways
+        order = list(range(begin, len(chosen)))
+        for name, place in layer:
+            if not place and name not in by_choice:
+                return f"{name.replace(',', ': ', 1)} can never be done"
+            if not place:
+                chosen += moves.reserving([by_choice[name]])
+        order += _in_order(task, range(begin + len(order), len(chosen)))
+        for number in order:
+            reason = next(task.obstacles(chosen[number], state), "")
+            if reason:
+                return f"{chosen[number]} is not possible: {reason}"
+            task.do(number, state)
+    return ""
 
 
 class _Walk:

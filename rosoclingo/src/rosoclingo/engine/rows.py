@@ -7,7 +7,8 @@ from typing import DefaultDict, Dict, Iterable, List, Sequence, Tuple
 
 from rosclingo.wire.term_text import number
 
-PREFIX = "task_"
+BASE, SEARCH = "base_", "task_"
+"""The prefixes of rows of what is said in base, and of what a search alone knows."""
 SEPARATOR = ',"|",'
 MOST_AMOUNT = 999_999_999
 """The largest amount of a number."""
@@ -16,12 +17,15 @@ TaskRows = Dict[str, List[List[str]]]
 """TaskRows as their arguments, by their names."""
 
 
-def read_rows(symbols: Iterable[str]) -> TaskRows:
-    """Returns the rows of an answer set, each as its arguments, by their names."""
+def read_rows(symbols: Iterable[str], prefix: str) -> TaskRows:
+    """Returns the rows of an answer set that have a prefix, each as its arguments, by their names.
+
+    The answer set of a run that goes on after a crash shows both kinds.
+    """
     rows: DefaultDict[str, List[List[str]]] = defaultdict(list)
-    start = len(PREFIX)
+    start = len(prefix)
     for text in symbols:
-        if text.startswith(PREFIX):
+        if text.startswith(prefix):
             name, _, arguments = text[start:-1].partition("(")
             rows[name].append(arguments.split(SEPARATOR))
     return rows

@@ -21,7 +21,7 @@ from rosoclingo.errors import (
     PlannerError,
     ShutdownError,
 )
-from rosoclingo.loop import diagnosis, memory, operating, publishing, statuses
+from rosoclingo.loop import diagnosis, improving, memory, operating, publishing, statuses
 from rosoclingo.loop.durability import Durability
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import CommandDone, LoopEnded, Reason
@@ -220,7 +220,7 @@ class Loop:
         state.monitor.begin(Doing.DECIDES)
         self._durability.begin_step()
         may_ask = not state.begins_again
-        state.mail.begin_decision(may_ask=may_ask)
+        state.mail.begin_decision(may_ask=may_ask, improve=lambda: improving.improve(state))
         if state.mail.inbox.closed:
             raise ShutdownError(Reason.SHUTDOWN)
         if state.ended:

@@ -265,14 +265,24 @@ class Mail(MailState):
         self.new_goals = False
         self._backoff.reset()
 
-    def begin_decision(self, *, may_ask: bool = False) -> None:
+    def begin_decision(
+        self, *, may_ask: bool = False, improve: Callable[[], object] = lambda: None
+    ) -> None:
         """The controller is about to decide.
 
         Args:
             may_ask: That of :meth:`take`, for what a replay takes while it waits.
+            improve: Called when a replay has to search for a better plan before that.
         """
+
+        def take() -> None:
+            if self.inbox.recorded.is_early_due:
+                improve()
+            else:
+                self.take(may_ask=may_ask)
+
         self._command_began = None
-        self.inbox.begin_decision(self._waits, lambda: self.take(may_ask=may_ask))
+        self.inbox.begin_decision(self._waits, take)
 
     def begin_command(self) -> None:
         """Called before a command is carried out."""

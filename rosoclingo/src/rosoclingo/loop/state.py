@@ -148,6 +148,7 @@ class State(Progress):
         planner.recorded, planner.note = inbox.recorded, self.note
         planner.missing = self._warn_of_missing
         planner.warn_of_search(lambda text: self.warn_once("search", text))
+        planner.warn_of_plans(lambda text: self.warn_once("plan", text))
         self.durations = Durations()
         self.beliefs = BeliefKeeper()
         self.timing = Timing(

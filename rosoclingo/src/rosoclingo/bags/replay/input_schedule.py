@@ -79,7 +79,7 @@ def input_schedule(
             kind, identifier, text = journal.key_of(event)
             found.append(ScheduledInput(*moment, ScheduledKind(kind), identifier, text))
     found = found if phase is not Phase.END else [_at_the_end(due, decision) for due in found]
-    return found + _outcomes(run.recorded, same_encodings)
+    return found + _outcomes(run.recorded, kills, same_encodings)
 
 
 def _let_go(entries: Sequence[Entry]) -> Set[int]:
@@ -107,7 +107,7 @@ def rest(dues: Sequence[ScheduledInput], decision: int) -> List[ScheduledInput]:
 
 
 def take(dues: List[ScheduledInput], event: journal.Event) -> None:
-    """Removes the input from a schedule that the loop has taken, if an event says that it has.
+    """Removes from a schedule the input or search of which an event says that it is over.
 
     What a loop has taken is in its store, and does not come again when the node is started again.
 
@@ -119,6 +119,8 @@ def take(dues: List[ScheduledInput], event: journal.Event) -> None:
         key = journal.key_of(event)
     elif isinstance(event, journal.StatusSet) and event.reason is journal.Reason.RECALLED:
         key = ScheduledKind.RECALL, event.goal, ""
+    elif isinstance(event, journal.SearchEnded):
+        key = ScheduledKind.SEARCH, "", journal.to_text(event)
     else:
         return
     number = next((n for n, due in enumerate(dues) if (due.kind, due.id, due.text) == key), None)
@@ -126,11 +128,12 @@ def take(dues: List[ScheduledInput], event: journal.Event) -> None:
         del dues[number]
 
 
-def _outcomes(entries: Sequence[Entry], same_encodings: bool) -> List[ScheduledInput]:
+def _outcomes(entries: Sequence[Entry], kills: bool, same_encodings: bool) -> List[ScheduledInput]:
     """Returns the outcomes of time-dependent searches, if the journal has them, and durations.
 
     Searches that were finished are left out if the program is not the same: it may have other
-    plans.
+    plans. Those for better plans in a wait in which the loop was killed come before the decision to
+    wait, as its inputs do.
     """
     found: List[ScheduledInput] = []
     knows_searches = False  # older journals do not tell
@@ -146,6 +149,8 @@ def _outcomes(entries: Sequence[Entry], same_encodings: bool) -> List[ScheduledI
                         decision, Phase.DURING, ScheduledKind.SEARCH, "", journal.to_text(event)
                     )
                 )
+        elif kills and isinstance(event, journal.NodeResumed) and event.node == journal.LOOP:
+            found = [_early(due, decision) for due in found]
         elif isinstance(event, journal.PlanFound):
             knows_searches |= event.quality is not None
         elif isinstance(event, journal.ActionTook):
@@ -180,6 +185,15 @@ def _moment(
 def _before(due: ScheduledInput, decision: int) -> ScheduledInput:
     """Reschedules an input that was taken in a wait to the moment before the decision to wait."""
     return due._replace(phase=Phase.BEFORE) if due.decision == decision else due
+
+
+def _early(due: ScheduledInput, decision: int) -> ScheduledInput:
+    """Reschedules a search for a better plan likewise."""
+    if due.decision != decision or due.kind is not ScheduledKind.SEARCH:
+        return due
+    ended = journal.from_text(due.text)
+    is_better = isinstance(ended, journal.SearchEnded) and ended.how in journal.IMPROVING
+    return due._replace(phase=Phase.BEFORE) if is_better else due
 
 
 def _phase(event: journal.Event, before: Optional[Phase]) -> Optional[Phase]:

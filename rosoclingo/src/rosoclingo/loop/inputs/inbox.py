@@ -259,8 +259,8 @@ class Inbox:
 
         Args:
             waits: To be called if it does.
-            take: To be called if it has an operator's request: what it waits for may follow from
-                that.
+            take: To be called if it has an operator's request, since what it waits for may follow
+                from that; or if a search for a better plan comes before what it waits for.
         """
 
     def begin_command(

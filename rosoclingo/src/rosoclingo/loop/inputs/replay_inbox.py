@@ -139,6 +139,7 @@ class ReplayInbox(Inbox):
             [(due.decision, _read_search(due.text)) for due in searches if due.text],
             {int(due.id): float(due.text) for due in dues if due.kind is ScheduledKind.TIME},
             knows_searches=bool(searches),
+            early=[due.decision for due in searches if due.phase is Phase.BEFORE],
         )
         others = (ScheduledKind.SEARCH, ScheduledKind.TIME)
         self._dues: Deque[ScheduledInput] = deque(due for due in dues if due.kind not in others)
@@ -235,7 +236,8 @@ class ReplayInbox(Inbox):
         self.recorded.decision = moment[0]
 
         def may_take() -> bool:
-            return take is not None and self._has_due_control()
+            has_due = self.recorded.is_early_due or self._has_due_control()
+            return take is not None and has_due
 
         while True:
             with self._changed:

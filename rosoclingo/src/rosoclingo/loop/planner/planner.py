@@ -128,7 +128,7 @@ class Planner(PlannerState):
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
         self._solver = Work(solver)
         self._requests = Requests(self._solver)
-        self._tasks = TaskSearch(self._solver, self.run, self.task_plan)
+        self._tasks = TaskSearch(self._solver, self.run, lambda: self.task_plan)
         self.patience = patience
         self.is_awaited = False
         self.most_seconds = math.inf
@@ -460,6 +460,10 @@ class Planner(PlannerState):
         """Has a function called with why the search for plans cannot be used."""
         self._tasks.warn = warn
 
+    def warn_of_plans(self, warn: Callable[[str], None]) -> None:
+        """Has a function called with what is wrong with a plan of clingo's."""
+        self._tasks.warn_of_plan = warn
+
     def show_tasks(self, show: Callable[[PlanningTask], None]) -> None:
         """Has a function called with the planning task of each search that shows one."""
         self._tasks.show = show
@@ -562,17 +566,17 @@ class Planner(PlannerState):
         self.run(self.demand.begin_search(step, "search", "improve"))
         seconds = self._more_seconds if self.is_short else 0.0
         ended, better = self._searching(step).improve(stopped, seconds=seconds)
+        if ended.how is Ended.NOTHING:  # the plan stands, and costs what it did
+            self._is_through = True
+            return None
         self.quality = ended.quality
-        if ended.how is not Ended.NOTHING:
-            self._kept = None
+        self._kept = None
+        if better is not None and self.demand.has_tasks:
+            self._tasks.follow(better.symbols)
         is_in_vain = ended.how is Ended.AS_BEFORE and not stopped()
-        if seconds:
-            self._is_through = ended.how is Ended.NOTHING
-            if is_in_vain:
-                self._is_through = seconds * _MORE > self.most_seconds
-                self._more_seconds = seconds * _MORE
-        else:
-            self._is_through = is_in_vain
+        self._is_through = is_in_vain and (not seconds or seconds * _MORE > self.most_seconds)
+        if seconds and is_in_vain:
+            self._more_seconds = seconds * _MORE
         return better
 
     def _improve_plain(

@@ -83,6 +83,7 @@ class Searching:
 
     def __post_init__(self) -> None:
         self._lengthen: Callable[[], bool] = lambda: False
+        self._has_gathered = False  # so that the plan is clingo's
         self._layered = LayeredSearch(self.solver, self.run, self.layers, self.cost)
 
     def find(
@@ -162,6 +163,8 @@ class Searching:
             if is_new or not self.demand.improves:
                 quality = found
             parts = self.demand.asked_for(outcome.symbols) if self.demand else []
+            if not parts and self._has_gathered:
+                self.tasks.check(outcome.symbols)
             if not parts:
                 return dataclasses.replace(outcome, interrupted=bound is not None), quality
             self.run(self.demand.ground(parts))
@@ -189,14 +192,9 @@ class Searching:
         """
         ended = self.recorded.search_due(*IMPROVING)
         if ended is None and self.demand.has_tasks:
-            if self.demand.is_constrained:
+            ended = self._improve_for_task(stopped, seconds)
+            if ended is None:
                 self._gather(str(self.demand.searches))
-            else:
-                symbols = self.solver.solve().symbols
-                try:
-                    ended = self.tasks.improve(symbols, self.step, stopped, seconds)
-                except (TaskError, SearchProcessError, OSError):
-                    ended = SearchEnded(Ended.NOTHING)
         if ended is None:
             look = self._look_for_more(stopped, seconds) if seconds else None
             ended = look or self._look_for_better(stopped)
@@ -213,6 +211,23 @@ class Searching:
         outcome, _ = self.find(lambda: False, ended.quality, rounds=1)
         is_better = ended.how is Ended.BETTER and outcome.result is wire.Result.SAT
         return ended, outcome if is_better else None
+
+    def _improve_for_task(
+        self, stopped: Callable[[], bool], seconds: float
+    ) -> Optional[SearchEnded]:
+        """Looks for a better plan for the task; returns None if clingo has to look for it."""
+        self.tasks.read_facts(self.demand.ground)
+        symbols = self.solver.solve().symbols
+        self.tasks.note_task(symbols)
+        if self.demand.is_constrained:
+            return None
+        try:
+            return self.tasks.improve(symbols, self.step, stopped, seconds)
+        except TaskError:  # the search does not know all that an execution does
+            pass
+        except (SearchProcessError, OSError) as err:
+            self.tasks.warn_of(err)
+        return None if seconds else SearchEnded(Ended.NOTHING)
 
     def _find_layers(
         self,
@@ -257,6 +272,9 @@ class Searching:
     ) -> Optional[SearchEnded]:
         """Finds a plan for the task that an answer set shows; returns None without one."""
         ended = self.recorded.search_due(Ended.FOUND, Ended.CALLED, number=number)
+        if ended is None and not self.recorded.knows_searches:
+            self.tasks.read_facts(self.demand.ground)
+            self.tasks.note_task(symbols)
         if ended is None and not (self.recorded.knows_searches or self.demand.is_constrained):
             ended = self.tasks.find(symbols, self.step, stopped, self.task_patience)
         if ended is not None and ended.how is Ended.FOUND:
@@ -271,6 +289,7 @@ class Searching:
 
     def _gather(self, number: str) -> wire.Outcome:
         """Has the encoding look for layers, and returns its answer set."""
+        self._has_gathered = True
         self.run(
             self.demand.ground([wire.Part("gather", (number,))]),
             wire.AssignExternal(f"gathered({number})", wire.Truth.TRUE),

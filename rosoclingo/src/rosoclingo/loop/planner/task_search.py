@@ -96,24 +96,29 @@ class TaskSearch:
     Attributes:
         solver: The solver, whose encoding shows the task.
         run: Runs commands.
-        state: The plan that is followed.
+        state: Returns the plan that is followed.
         show: Called with the task of each search for a first plan.
         warn: Called with why it cannot be used, so that clingo plans alone.
+        warn_of_plan: Called with what is wrong with a plan of clingo's.
     """
 
     solver: Solver
     run: Callable[..., object]
-    state: FollowedPlan
+    state: Callable[[], FollowedPlan]
     show: Callable[[PlanningTask], None] = lambda _: None
     warn: Callable[[str], None] = lambda _: None
+    warn_of_plan: Callable[[str], None] = lambda _: None
 
     def __post_init__(self) -> None:
         self._reader = TaskReader()
         self._attempt: Optional[_Attempt] = None  # a search that takes long
         self._shown = 0  # better plans since the first one
+        self._symbols: Sequence[str] = ()  # the answer set that shows the task
 
     def read_facts(self, ground: Callable[[Sequence[wire.Part]], wire.Command]) -> None:
         """Reads what the encoding says in base, unless that is known.
+
+        It is not after a crash, and if the encoding has had no answer set until now.
 
         Args:
             ground: Returns the command that grounds parts that are not grounded yet.
@@ -129,12 +134,14 @@ class TaskSearch:
 
     def follow(self, symbols: Sequence[str]) -> None:
         """Takes a plan as the one that is followed from now on."""
-        self.state.followed, self.state.passed = plan_rows(symbols), 0
+        state = self.state()
+        state.followed, state.passed = plan_rows(symbols), 0
 
     def read(self, symbols: Sequence[str], step: int) -> PlanningTask:
         """Returns the task that an answer set shows in a step."""
+        state = self.state()
         with _no_collection():
-            return self._reader.read(symbols, self.state.followed, self.state.passed + step)
+            return self._reader.read(symbols, state.followed, state.passed + step)
 
     def find(
         self, symbols: Sequence[str], step: int, stopped: Callable[[], bool], patience: float
@@ -156,7 +163,7 @@ class TaskSearch:
         """
         self.close()
         self._shown = 0
-        if not self._reader.has_facts:  # base alone has no answer set
+        if not self._reader.has_facts:
             return None
         try:
             task = self.read(symbols, step)
@@ -166,12 +173,38 @@ class TaskSearch:
         except TaskError:  # the search does not know all that an execution does
             return None
         except (SearchProcessError, OSError) as err:
-            self.warn(f"plans come from clingo alone, which may take much longer: {err}")
+            self.warn_of(err)
             return None
         if stopped():
             self.close()
             return SearchEnded(Ended.CALLED)
         return ended
+
+    def note_task(self, symbols: Sequence[str]) -> None:
+        """Takes note of the answer set that shows the task of a search."""
+        self._symbols = symbols
+
+    def check(self, symbols: Sequence[str]) -> None:
+        """Executes a plan of clingo's on the task, and warns if it is not possible.
+
+        Args:
+            symbols: The answer set with the plan.
+        """
+        if not (self._reader.has_facts and task_of(self._symbols)):
+            return
+        reason = ""
+        with contextlib.suppress(TaskError):  # the task is more than the search knows
+            reason = self._reader.obstacle(self._symbols, plan_rows(symbols))
+        if reason:
+            self.warn_of_plan(
+                f"the encoding's task does not allow the plan that clingo has found, and that is "
+                f"executed nevertheless: {reason}; rules that the encoding adds to the parts of "
+                f"the library may be the cause"
+            )
+
+    def warn_of(self, error: Exception) -> None:
+        """Says why no process can be started."""
+        self.warn(f"plans come from clingo alone, which may take much longer: {error}")
 
     @property
     def is_ready(self) -> bool:
@@ -209,7 +242,7 @@ class TaskSearch:
             TaskError: What the encoding shows is no task, or a plan is none for it.
         """
         number = task_of(symbols)
-        if not number:
+        if not (number and self._reader.has_facts):
             return SearchEnded(Ended.NOTHING)
         task = self.read(symbols, step)
         plan = rest_of_plan(task) if task.left else []

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections import deque
-from typing import Deque, Mapping, Optional, Sequence, Tuple
+from collections import Counter, deque
+from typing import Collection, Deque, Mapping, Optional, Sequence, Tuple
 
 from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
 
@@ -26,6 +26,7 @@ class Recorded:
         times: Optional[Mapping[int, float]] = None,
         *,
         knows_searches: bool = False,
+        early: Collection[int] = (),
     ) -> None:
         """Begins before the first decision.
 
@@ -34,12 +35,16 @@ class Recorded:
             times: How long actions took, in seconds, by the numbers of their tokens; None in a new
                 run.
             knows_searches: Whether these are all searches whose outcome depends on time.
+            early: The decisions before which the searches for better plans are repeated that the
+                loop did in the wait after them, since it was killed in that wait; for each of the
+                searches, once.
         """
         self.decision = -1
         self.knows_searches = knows_searches
         self.knows_inputs = times is not None
         self._searches: Deque[Tuple[int, SearchEnded]] = deque(searches)
         self._times = times
+        self._early = Counter(early)
         self._lock = threading.Lock()  # guards the searches
 
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
@@ -57,7 +62,14 @@ class Recorded:
             if ended is None or ended.how not in ways or ended.round != number:
                 return None
             self._searches.popleft()
+            if ended.how in IMPROVING:
+                self._early[self.decision] -= 1
             return ended
+
+    @property
+    def is_early_due(self) -> bool:
+        """Whether a search for a better plan is repeated now, before the next decision."""
+        return self._early[self.decision] > 0 and self.is_search_due(improves=True)
 
     def is_search_due(self, *, improves: bool) -> bool:
         """Tells if an outcome is recorded before the next decision; removes nothing.
