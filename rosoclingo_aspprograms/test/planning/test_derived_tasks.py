@@ -133,7 +133,9 @@ def test_a_derived_fact_is_requested_and_follows_from_messages(tmp_path: Path) -
     world = _imported(files, ImportOptions())
     unknown = world.request("fed(n9)")
     goal = world.request("fed(n4)")
+    lone = world.request("-joined(n1,n2)")  # which neither the goal nor an action reads by itself
     assert world.run() is None
+    assert lone.words[-1] == "succeeded"
     assert "n9" in unknown.reason
     assert goal.words[-1] == "succeeded"
     assert world.violations == []

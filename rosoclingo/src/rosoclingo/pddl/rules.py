@@ -43,10 +43,15 @@ class DerivedRule:
         return [part.text for part in self.head.parts[1:]]
 
     @property
+    def own_types(self) -> str:
+        """The variables of the predicate with their types, in PDDL."""
+        return _typed(self.types, self.parameters)
+
+    @property
     def text(self) -> str:
         """The rule in PDDL."""
         own = self.parameters
-        head = _typed(self.types, own)
+        head = self.own_types
         others = _typed(self.types, [each for each in self.types if each not in own])
         body = self.condition.text
         return f"(:derived ({self.head.head} {head}) " + (

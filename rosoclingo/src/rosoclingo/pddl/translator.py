@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Collection, List
 
 from rosclingo.errors import shorten
+from rosoclingo.pddl.alternatives import MADE
 from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.downward import (
     DOWNWARD_PACKAGE,
@@ -25,6 +26,7 @@ from rosoclingo.pddl.simplifying import simplify
 _MODULES = ("translate", "fast_downward.translate")  # of up-fast-downward 0.5 and 1.0
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
 _MET = "changes-goal"  # a fact that stands for the numbers of the goal, for the translator
+_ASKED = "changes-asked"  # one that has the translator keep what may be requested
 
 
 def fast_downward() -> Path:
@@ -99,7 +101,7 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
         task = parse_sas(output.read_text(encoding="utf-8"))
     operators = tuple(one for one in task.operators if not one.name.startswith(_CHANGES))
     task = replace(task, operators=operators)
-    return simplify(task, {_MET, *(test.name for test in domain.tests)})
+    return simplify(task, {_MET, _ASKED, *(test.name for test in domain.tests)})
 
 
 def _sections(form: ListForm, *names: str) -> List[str]:
@@ -132,6 +134,15 @@ def _domain_text(
             f"(:action {_CHANGES}{name} :parameters ({typed}) :precondition (and) "
             f":effect ({' '.join([name, *of_test])}))"
         )
+    requestable = [rule for rule in domain.rules if not any(e in rule.head.head for e in MADE)]
+    if requestable:
+        first, *_ = predicates
+        predicates = [f"{first[:-1]} ({_ASKED}))"]
+        actions += [
+            f"(:action {_CHANGES}ask-{number} :parameters ({rule.own_types}) "
+            f":precondition {rule.head.text} :effect ({_ASKED}))"
+            for number, rule in enumerate({r.head.head: r for r in requestable}.values())
+        ]
     rules = [rule.text for rule in domain.rules]
     parts = [head, "(:requirements :adl)", *types, constants, *predicates, *rules, *actions]
     return "\n".join(["(define", *parts, ")"])
