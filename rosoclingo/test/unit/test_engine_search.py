@@ -41,7 +41,7 @@ def improved(task: FlatTask, looks: int) -> List[List[int]]:
     """Returns the first plan and better ones."""
     plans = [found(task)]
     with contextlib.suppress(OutOfTimeError):
-        plans += Improver(tuple(task), Countdown(looks)).improve(plans[0])
+        Improver(tuple(task), Countdown(looks)).improve(plans[0], plans.append)
     return plans
 
 

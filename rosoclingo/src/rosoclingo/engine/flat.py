@@ -21,8 +21,8 @@ FlatAction = Tuple[FlatPairs, FlatPairs, FlatEffects, FlatNumbers, int, int]
 FlatRequest = Tuple[FlatPairs, List[Tuple[int, int, int]]]
 
 
-_PER_EVALUATION = 2e-5  # seconds
-_PER_EVALUATION_AND_FACT = 5e-9  # seconds, in addition
+_PER_EVALUATION = 1e-5  # seconds
+_PER_EVALUATION_AND_FACT = 2.5e-9  # seconds, in addition
 
 
 class FlatTask(NamedTuple):
@@ -42,6 +42,8 @@ class FlatTask(NamedTuple):
             number, amount)``, with a kind of :mod:`rosoclingo.engine.kinds`; what an action takes
             of a number in several parts counts as one, and so does what it adds. The cost is not
             negative; the actor is the index of the actuator, -1 for none.
+        occupied: For each action, numbers of what no two actions may occupy or change at the same
+            time, beside what they need and change; empty if there is nothing like that.
     """
 
     domains: List[int]
@@ -50,6 +52,7 @@ class FlatTask(NamedTuple):
     levels: List[int]
     requests: List[FlatRequest]
     actions: List[FlatAction]
+    occupied: List[List[int]] = []  # noqa: RUF012 (nothing changes it)
 
     def evaluations(self, seconds: float) -> int:
         """Returns how many states a search looks at in so many seconds of a processor, about.

@@ -45,7 +45,7 @@ class _Facts:
     """Numbers the facts of a task."""
 
     def __init__(self, task: tuple) -> None:
-        domains, _, limits, _, requests, actions = task
+        domains, _, limits, _, requests, actions = task[:6]
         self.limits = limits
         self.size = 0
         self.offsets = []

@@ -112,7 +112,7 @@ class States:
         Args:
             task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
         """
-        domains, initial, limits, levels, requests, actions = task
+        domains, initial, limits, levels, requests, actions = task[:6]
         self.owned = []
         self.variables = len(domains)
         self.requests = len(requests)
@@ -193,7 +193,7 @@ class States:
 
     def _build_words(self, task: tuple) -> None:
         """Decides which bits of a stored state have which entry of the state."""
-        domains, _, limits, levels, requests, actions = task
+        domains, _, limits, levels, requests, actions = task[:6]
         highest = [size - 1 for size in domains]
         tops = [max(pair) for pair in zip(limits, levels)]
         for _, _, _, numbers, _, _ in actions:
