@@ -81,7 +81,10 @@ def random_task(draw: random.Random, *, actors: int = 2, actions: int = 20) -> F
         )
     initial = [draw.randrange(size) for size in domains]
     levels = [draw.randint(0, limit) for limit in limits]
-    task = FlatTask(domains, initial, limits, levels, [], drawn)
+    occupied = (
+        [draw.choice([[], [], [0], [1], [0, 1]]) for _ in drawn] if draw.random() < 0.3 else []
+    )
+    task = FlatTask(domains, initial, limits, levels, [], drawn, occupied=occupied)
     requests = [random_request(draw, task) for _ in range(draw.choice([0, 1, 1, 2, 3, 4]))]
     return task._replace(requests=requests)
 
@@ -261,6 +264,7 @@ class Item(NamedTuple):
     heeds: frozenset
     wants_room: frozenset
     alters: frozenset
+    occupies: frozenset = frozenset()
 
 
 def with_basis(task: FlatTask, item: Item) -> Item:
@@ -274,8 +278,8 @@ def with_basis(task: FlatTask, item: Item) -> Item:
     )
 
 
-def item_of_action(action: FlatAction) -> Item:
-    needs, others, effects, numbers, _, _ = action
+def item_of_action(task: FlatTask, index: int) -> Item:
+    needs, others, effects, numbers, _, _ = task.actions[index]
 
     def of(*kinds: int) -> frozenset:
         return frozenset(number for kind, number, _ in numbers if kind in kinds)
@@ -288,6 +292,7 @@ def item_of_action(action: FlatAction) -> Item:
         of(NEEDS_LEAST, NEEDS_MOST),
         of(NEEDS_MOST),
         of(ADDS, BECOMES),
+        frozenset(task.occupied[index] if task.occupied else ()),
     )
 
 
@@ -311,6 +316,7 @@ def waits(later: Item, earlier: Item) -> bool:
         or earlier.alters & (later.takes | later.heeds | later.alters)
         or earlier.takes & (later.alters | later.wants_room)
         or earlier.heeds & (later.alters | later.takes)
+        or earlier.occupies & later.occupies
     )
 
 
@@ -339,9 +345,9 @@ class Schedule:
     def _begin(self, item: Item) -> int:
         return max((end for other, end in self._ended if waits(item, other)), default=0)
 
-    def add(self, action: FlatAction, before: Moment, following: Moment) -> None:
-        item = with_basis(self._task, item_of_action(action))
-        cost, actor = action[4], action[5]
+    def add(self, index: int, before: Moment, following: Moment) -> None:
+        item = with_basis(self._task, item_of_action(self._task, index))
+        cost, actor = self._task.actions[index][4:]
         end = max(self._begin(item), self._actors.get(actor, 0) if actor >= 0 else 0) + cost
         self._ended.append((item, end))
         if actor >= 0:
@@ -365,7 +371,7 @@ def value_of(task: FlatTask, plan: Sequence[int]) -> Tuple[int, int]:
     assert moments is not None
     schedule = Schedule(task)
     for index, before, following in zip(plan, moments, moments[1:]):
-        schedule.add(task.actions[index], before, following)
+        schedule.add(index, before, following)
     return schedule.makespan, sum(task.actions[index][4] for index in plan)
 
 
@@ -373,11 +379,11 @@ def least_makespan(task: FlatTask, bound: int) -> int:
     """Returns the least makespan of all plans, by trying all of them up to a bound."""
 
     def longer(moment: Moment, schedule: Schedule) -> Iterator[Tuple[Moment, Schedule]]:
-        for action in task.actions:
+        for index, action in enumerate(task.actions):
             following = after(task, moment, action)
             if following is not None:
                 extended = schedule.copy()
-                extended.add(action, moment, following)
+                extended.add(index, moment, following)
                 yield following, extended
 
     best = bound

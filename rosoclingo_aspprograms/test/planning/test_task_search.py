@@ -16,12 +16,15 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.desk import plan
 from rosoclingo.engine import process
+from rosoclingo.engine.flattening import flatten
+from rosoclingo.engine.improving import Improver
 from rosoclingo.engine.process import SearchProcess
+from rosoclingo.engine.task import PlanningTask
 from rosoclingo.errors import SearchProcessError
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner import task_search
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, Planner
-from rosoclingo.loop.planner.task_search import TaskSearch
+from rosoclingo.loop.planner.task_search import TaskSearch, found
 from rosoclingo.loop.values.atoms import Action, Plan
 from rosoclingo.loop.words import FAILURE
 
@@ -302,3 +305,55 @@ def test_requests_are_met_while_others_are_searched_for(
         assert world.step() is None
     assert goals[1] in ended
     assert len(ended) == 2
+
+
+DISHES = """
+#include "{actions}".
+#program base.
+cook(1..3). dish(1..4). place(0..3). way(N,N+1) :- N = 0..2. way(N+1,N) :- N = 0..2.
+moves(cook(C)) :- cook(C). initially(at(cook(C)),C-1) :- cook(C).
+initially(dish(D),raw) :- dish(D). initially(last,0). number(salt,3).
+action(cook(C),chop(D)) :- cook(C), dish(D).
+needs(cook(C),chop(D),at(cook(C)),D-1) :- cook(C), dish(D).
+needs(cook(C),chop(D),dish(D),raw) :- cook(C), dish(D).
+sets(cook(C),chop(D),dish(D),done) :- cook(C), dish(D).
+{rules}
+request(want(D)) :- dish(D). wants(want(D),dish(D),done) :- dish(D).
+"""
+TOGETHER = {
+    "nothing in common": "",
+    "a board that one occupies": "occupies(cook(C),chop(D),board) :- cook(C), dish(D).",
+    "a variable that nothing asks for": "sets(cook(C),chop(D),last,D) :- cook(C), dish(D).",
+    "a number": "uses(cook(C),chop(D),salt,1) :- cook(C), dish(D).\n"
+    "action(cook(C),shop) :- cook(C). needs(cook(C),shop,at(cook(C)),0) :- cook(C).\n"
+    "fills(cook(C),shop,salt) :- cook(C).",
+}
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("together", TOGETHER)
+def test_the_makespan_of_the_search_is_the_last_step_of_the_plan(
+    together: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    makespans: List[int] = []
+
+    def note(number: str, task: PlanningTask, plan: List[int], **options: int) -> SearchEnded:
+        value = Improver(tuple(flatten(task)), lambda: False).value(plan)
+        makespans.append(value[0])
+        return found(number, task, plan, **options)
+
+    monkeypatch.setattr(task_search, "found", note)
+    world = World(DYN_RESET, [write(tmp_path, DISHES.replace("{rules}", TOGETHER[together]))])
+    world.improves = False
+    goals = [world.request(f"want({dish})") for dish in range(1, 5)]
+    horizons: List[int] = []
+    publish = world.publish
+
+    def look(actuator: str, action: str) -> None:
+        horizons.append(max(each.step for each in world.loop.state.plan.actions_from(0)))
+        publish(actuator, action)
+
+    world.publish = look  # type: ignore[method-assign]
+    assert world.run() is None
+    assert {goal.words[-1] for goal in goals} == {"succeeded"}
+    assert horizons[0] == makespans[0]

@@ -1,8 +1,9 @@
 """A search for plans of our own, compiled by Cython, in a process of its own.
 
 The task is in :mod:`.flat`, the process in :mod:`.process` with :mod:`.worker`. The search is in
-:mod:`.search`, with :mod:`.states` and :mod:`.relaxation`; :mod:`.improving` finds better plans.
-CMake has these four compiled. Uncompiled, they run as they are, slowly, and need Cython.
+:mod:`.search`, with :mod:`.states` and :mod:`.relaxation`; :mod:`.improving` finds better plans,
+with :mod:`.timing` and :mod:`.regression`. CMake has these six compiled. Uncompiled, they run as
+they are, slowly, and need Cython.
 """
 
 import os

@@ -22,8 +22,8 @@ FlatRequest = Tuple[FlatPairs, List[Tuple[int, int, int]]]
 FlatRule = Tuple[FlatPairs, List[Tuple[int, int, int]], int, int]
 
 
-_PER_EVALUATION = 2e-5  # seconds
-_PER_EVALUATION_AND_FACT = 5e-9  # seconds, in addition
+_PER_EVALUATION = 1e-5  # seconds
+_PER_EVALUATION_AND_FACT = 2.5e-9  # seconds, in addition
 
 
 class FlatTask(NamedTuple):
@@ -49,6 +49,8 @@ class FlatTask(NamedTuple):
             variable has the value if others have those of ``needs``, and numbers the levels
             ``(number, least, most)``. A rule needs nothing of a higher stratum, and none of the
             values of its own stratum that are there without rules.
+        occupied: For each action, numbers of what no two actions may occupy or change at the same
+            time, beside what they need and change; empty if there is nothing like that.
     """
 
     domains: List[int]
@@ -59,6 +61,7 @@ class FlatTask(NamedTuple):
     actions: List[FlatAction]
     strata: Tuple[FlatPairs, ...] = ()
     rules: Tuple[FlatRule, ...] = ()
+    occupied: List[List[int]] = []  # noqa: RUF012 (nothing changes it)
 
     def evaluations(self, seconds: float) -> int:
         """Returns how many states a search looks at in so many seconds of a processor, about.

@@ -69,7 +69,34 @@ class _Flattener:
             actions=actions,
             strata=tuple(strata),
             rules=tuple(rules),
+            occupied=self._occupied(),
         )
+
+    def _occupied(self) -> List[List[int]]:
+        """Returns what keeps actions of several actuators from going on at once.
+
+        This is what they occupy, and variables that they change and that nothing asks for.
+        """
+        users: DefaultDict[Tuple[str, str], Set[str]] = defaultdict(set)
+        of_actions: List[List[Tuple[str, str]]] = []
+        for action in self._task.actions:
+            things = [("thing", thing) for thing in action.occupies]
+            things += [
+                ("variable", change.variable)
+                for change in action.changes
+                if change.variable not in self._read
+            ]
+            of_actions.append(things)
+            for thing in things:
+                users[thing].add(action.actuator)
+        shared = [thing for thing, actuators in users.items() if len(actuators) > 1]
+        if not shared:
+            return []
+        numbers = {thing: number for number, thing in enumerate(shared)}
+        return [
+            [numbers[thing] for thing in dict.fromkeys(things) if thing in numbers]
+            for things in of_actions
+        ]
 
     def _action(self, action: TaskAction) -> FlatAction:
         facts, read = self._facts, self._read

@@ -3,132 +3,39 @@
 
 Each round leaves out actions that the plan does not need, reorders actions that do not depend on
 each other, and solves windows of the plan anew: the actions from one position to another are
-replaced by cheaper ones that do what the rest of the plan needs. Now and then the whole plan is
-such a window, with a weight of the estimate that falls from search to search. With several
-actuators, in half of the rounds the actions of busy ones cost more, so that others take over.
+replaced by better ones that do what the rest of the plan needs. Now and then the whole plan is
+such a window, with a weight of the estimate that falls from search to search.
 
-An action begins when those that it depends on have ended and its actuator is free, and lasts as
-long as it costs. The random numbers have a fixed seed, and budgets count states, not seconds: a
-limit of time cuts the sequence of plans, but does not change it.
+With several actuators, a window has actions of some of them that follow each other in time, after a
+reordering in which these are in a row. The actions before the window say when each thing in it can
+begin at the earliest, and those after it, when it has to have ended for the plan to be shorter, or
+as short as before (:mod:`~rosoclingo.engine.timing`). In half of the rounds the actions of busy
+actuators cost more, so that others take over.
+
+This module has no generators, as compiled ones import a module that takes time. The random numbers
+have a fixed seed, and budgets count states, not seconds: a limit of time cuts the sequence of
+plans, but does not change it.
 """
 
-from rosoclingo.engine.kinds import ADDS, BECOMES, NEEDS_LEAST, NEEDS_MOST, TAKES
+from array import array
+
+from rosoclingo.engine.regression import Regression
 from rosoclingo.engine.search import OutOfTimeError, Search
-from rosoclingo.engine.states import merge_numbers
+from rosoclingo.engine.timing import Timetable
 
 GREED_OF_WHOLE = (5, 3, 2, 1)
 GREED_OF_WINDOWS = (1, 1, 2, 5)
 FIRST_WINDOW = 8  # actions
+LEAST_WINDOW = 4
 FIRST_EVALUATIONS = 100
 FIRST_EVALUATIONS_OF_WHOLE = 3000
 MOST_EVALUATIONS = 200_000
 MOST_WINDOW = 60  # actions, before windows are small again
 ROUNDS_IN_VAIN = 4  # before windows grow
 BUSY_FACTOR = 4
-
-
-class _Roles:
-    """The variables and numbers that an action, or a request that becomes met, reads or changes.
-
-    Attributes:
-        reads: Variables whose values matter.
-        writes: Variables that it may change.
-        takes: Numbers of which it takes.
-        heeds: Numbers that have to be large or small enough.
-        wants_room: Numbers that have to be small enough.
-        alters: Numbers to which it adds, or that it sets.
-    """
-
-    def __init__(self, reads: set, writes: set, numbers: list, bases: dict) -> None:
-        for variable in reads & bases.keys():
-            base, levels = bases[variable]
-            reads = (reads - {variable}) | base
-            numbers = [*numbers, *((NEEDS_MOST, number, 0) for number in levels)]
-        self.reads = sorted(reads)
-        self.writes = sorted(writes)
-        self.takes = _numbers_of(numbers, (TAKES,))
-        self.heeds = _numbers_of(numbers, (NEEDS_LEAST, NEEDS_MOST))
-        self.wants_room = _numbers_of(numbers, (NEEDS_MOST,))
-        self.alters = _numbers_of(numbers, (ADDS, BECOMES))
-
-
-def _numbers_of(numbers: list, kinds: tuple) -> list:
-    return sorted({number for kind, number, _ in numbers if kind in kinds})
-
-
-def _bases(strata: tuple, rules: tuple) -> dict:
-    """Returns the variables and the numbers on which each derived variable rests."""
-    around: dict = {variable: (set(), set()) for stratum in strata for variable, _ in stratum}
-    for values, levels, variable, _ in rules:
-        around[variable][0].update(one for one, _ in values)
-        around[variable][1].update(number for number, _, _ in levels)
-    bases = {}
-    for variable in around:
-        seen, new = {variable}, [variable]
-        numbers: set = set()
-        while new:
-            near, levels = around.get(new.pop(), ((), ()))
-            numbers.update(levels)
-            new += [one for one in near if one not in seen]
-            seen.update(near)
-        bases[variable] = (seen - around.keys(), numbers)
-    return bases
-
-
-def _roles_of_action(action: tuple, bases: dict) -> _Roles:
-    needs, others, effects, numbers, _, _ = action
-    reads = {variable for variable, _ in needs + others}
-    for conditions, _, _ in effects:
-        reads.update(variable for variable, _ in conditions)
-    return _Roles(reads, {variable for _, variable, _ in effects}, numbers, bases)
-
-
-def _roles_of_request(request: tuple, limits: list, bases: dict) -> _Roles:
-    values, levels = request
-    needs = [(NEEDS_LEAST, number, least) for number, least, _ in levels]
-    needs += [(NEEDS_MOST, number, most) for number, _, most in levels if most < limits[number]]
-    return _Roles({variable for variable, _ in values}, set(), needs, bases)
-
-
-class _Order:
-    """The items before, of which each next item has to say on which ones it depends.
-
-    An item has a mark: the time of its end, or its position. :meth:`before` returns the marks of
-    the items that an item has to wait for, not counting those of the same actuator.
-    """
-
-    def __init__(self) -> None:
-        self._marks: dict = {}  # (role, variable or number): marks
-
-    def before(self, roles: _Roles) -> set:
-        found: set = set()
-        self._collect(found, roles.reads, ("writes",))
-        self._collect(found, roles.writes, ("writes", "reads"))
-        self._collect(found, roles.takes, ("alters", "heeds"))
-        self._collect(found, roles.heeds, ("alters",))
-        self._collect(found, roles.wants_room, ("takes",))
-        self._collect(found, roles.alters, ("takes", "heeds", "alters"))
-        return found
-
-    def _collect(self, found: set, things: list, roles: tuple) -> None:
-        for thing in things:
-            for role in roles:
-                marks = self._marks.get((role, thing))
-                if marks:
-                    found.update(marks)
-
-    def add(self, roles: _Roles, mark: int) -> None:
-        for role, things in (
-            ("reads", roles.reads),
-            ("takes", roles.takes),
-            ("heeds", roles.heeds),
-            ("alters", roles.alters),
-        ):
-            for thing in things:
-                self._marks.setdefault((role, thing), set()).add(mark)
-        for variable in roles.writes:  # it waits for all that had to do with the variable before
-            self._marks["reads", variable] = set()
-            self._marks["writes", variable] = {mark}
+NO_BOUND = 1 << 60
+# Whether the plan has to become shorter; whether waiting counts in the window, instead of costs.
+AIMS = ((True, True), (True, True), (True, False), (False, True), (False, False))
 
 
 class Improver:
@@ -142,89 +49,73 @@ class Improver:
             stop: Called without arguments, now and then; true ends the search.
             evaluations: How many states are looked at in all, about.
         """
-        domains, _, limits, _, requests, actions, strata, rules = task
+        domains, _, limits, _, requests, actions = task[:6]
         self._stop = stop
         self._most = evaluations
         self._search = Search(task, stop)
         self._states = self._search.states
-        self._limits = limits
-        self._requests = requests
-        self._actions = actions
-        self._variables = len(domains)
+        self._table = Timetable(task)
+        self._regression = Regression(task)
+        self._requests = len(requests)
         self._first_request = len(domains) + len(limits)
-        self._bases = _bases(strata, rules)
-        self._roles = [_roles_of_action(action, self._bases) for action in actions]
-        self._request_roles = [
-            _roles_of_request(request, limits, self._bases) for request in requests
-        ]
-        self._numbers = [merge_numbers(action[3], limits) for action in actions]
-        actors = {action[5] for action in actions}
-        self._is_sequential = len(actors) == 1 and -1 not in actors
+        self._actors = [action[5] for action in actions]
+        self._all_actors = sorted(set(self._actors))
+        self._is_sequential = len(self._all_actors) == 1 and self._all_actors[0] >= 0
+        self._costs = [action[4] for action in actions]
+        self._set_costs(self._costs)
         self._random = 1
+        self._report = lambda _: None
+        self._best: tuple = ()
         self._plan: list = []
         self._value: tuple = ()
+        self._busy = 0  # the sum of the times at which actuators end, and of costs
         self._trace: list = []
         self._met: list = []  # the requests that become met, by position
-        self._rest: list = []  # what the actions from a position need: values, ranges of levels
-        self._costs: list = []
         self._size = FIRST_WINDOW
         self._evaluations = FIRST_EVALUATIONS
         self._whole_searches = 0
-        self._in_whole = 0  # evaluations
+        # Several actuators have their first windows before.
+        self._in_whole = 0 if self._is_sequential else FIRST_EVALUATIONS_OF_WHOLE
         self._rounds_in_vain = 0
         self._is_through = False
 
     def value(self, plan: list):
         """Returns the makespan and the total cost of a plan, None if it is none."""
-        trace: list = []
-        if len(self._states.simulate(plan, -1, trace)) < len(plan) or self._states.unmet_wishes():
-            return None
-        return self._schedule(plan, self._met_in(trace))[0]
+        met = self._execute(plan, [])
+        return None if met is None else self._schedule(plan, met)[0]
 
-    def improve(self, plan: list):
-        """Yields better and better plans; ends when it does not know how to go on.
+    def improve(self, plan: list, report) -> None:
+        """Looks for better and better plans, until it does not know how to go on.
 
         Args:
             plan: A plan of the task.
+            report: Called with each plan that is better than all before.
 
         Raises:
             OutOfTimeError: It was told to stop.
             MemoryError: There is no room for more states.
         """
-        self._adopt(plan)
-        first = self._value
+        self._report = report
+        trace: list = []
+        met = self._execute(plan, trace)
+        self._adopt(plan, trace, met, self._schedule(plan, met))
+        self._best = self._value
         self._eliminate()
-        if self._value < first:
-            yield self._plan
         while not self._is_through and self._value > (0, 0):
-            for _ in self._round():
-                yield self._plan
+            self._round()
 
-    def _round(self):
-        """Yields whenever the plan has become better."""
+    def _round(self) -> None:
         self._reorder()
-        self._choose_costs()
+        if not self._is_sequential:
+            self._choose_costs()
         if self._search.evaluations >= 3 * self._in_whole:
             before = self._search.evaluations
-            if self._solve_whole():
-                yield
+            self._solve_whole()
             self._in_whole += self._search.evaluations - before
-        found = False
-        position = 0
-        while position < len(self._plan) and not self._is_through:
-            end = min(len(self._plan), position + self._size)
-            if self._solve(position, end, self._draw(GREED_OF_WINDOWS), self._evaluations):
-                found = True
-                yield
-            elif end == len(self._plan):
-                break
-            else:
-                position += max(1, self._size // 2)
+        found = self._solve_windows() if self._is_sequential else self._solve_timed_windows()
         before_value = self._value
         self._eliminate()
-        if self._value < before_value:
-            yield
-        self._grow(found)
+        self._grow(found or self._value < before_value)
 
     def _grow(self, found: bool) -> None:
         """Makes windows larger if smaller ones are of no more use."""
@@ -245,39 +136,35 @@ class Improver:
 
     def _choose_costs(self) -> None:
         """Takes the costs of the actions as they are, or higher for actuators that are busy."""
-        self._costs = [action[4] for action in self._actions]
-        self._is_biased = not self._is_sequential and self._draw((True, False))
-        if self._is_biased:
-            ends = self._schedule(self._plan, self._met)[1]
-            last = max(ends.values(), default=0)
-            for index, action in enumerate(self._actions):
-                if last and ends.get(action[5], 0) * 10 >= last * 9:
-                    self._costs[index] *= BUSY_FACTOR
-        more = 0 if min(self._costs) else 1
-        self._search.set_costs(self._costs, [cost + more for cost in self._costs])
+        costs = list(self._costs)
+        if self._draw((True, False)):
+            slots = self._table.start()
+            self._table.add(self._items(self._plan, self._met), slots)
+            last = max(self._actor_slots(slots), default=0)
+            for index, actor in enumerate(self._actors):
+                if actor >= 0 and slots[self._table.first_actor + actor] * 10 >= last * 9 > 0:
+                    costs[index] *= BUSY_FACTOR
+        self._set_costs(costs)
 
-    def _adopt(self, plan: list) -> None:
-        """Makes a valid plan the current one."""
-        self._trace = []
-        self._states.simulate(plan, -1, self._trace)
-        self._plan = plan
-        self._met = self._met_in(self._trace)
-        self._value = self._schedule(plan, self._met)[0]
-        self._rest = []
+    def _set_costs(self, costs: list) -> None:
+        self._drawn_costs = costs
+        more = 0 if min(costs, default=1) else 1
+        self._search.set_costs(costs, [cost + more for cost in costs])
 
-    def _try(self, plan: list) -> bool:
-        """Adopts a plan if it is valid and not worse; tells whether it is better."""
-        value = self.value(plan)
-        if value is None or value > self._value:
-            return False
-        better = value < self._value
-        self._adopt(plan)
-        return better
+    def _execute(self, plan: list, trace: list):
+        """Executes a plan.
 
-    def _met_in(self, trace: list) -> list:
-        """Returns, for each position of a plan, the requests that become met there."""
+        Args:
+            plan: The plan.
+            trace: Gets the state before each action, and the last one.
+
+        Returns:
+            The requests that become met, for each state; None if it is no plan.
+        """
+        if len(self._states.simulate(plan, -1, trace)) < len(plan) or self._states.unmet_wishes():
+            return None
         met: list = [[] for _ in trace]
-        for request in range(len(self._requests)):
+        for request in range(self._requests):
             entry = self._first_request + request
             for position, state in enumerate(trace):
                 if state[entry]:
@@ -286,28 +173,49 @@ class Improver:
         return met
 
     def _schedule(self, plan: list, met: list) -> tuple:
-        """Returns makespan and cost, and the end of each actuator's last action."""
-        order = _Order()
-        ends: dict = {}
-        makespan = total = 0
-        for position, index in enumerate(plan):
-            self._add_requests(order, met[position])
-            cost, actor = self._actions[index][4:6]
-            begin = max(order.before(self._roles[index]), default=0)
-            if actor >= 0:
-                begin = max(begin, ends.get(actor, 0))
-            end = begin + cost
-            order.add(self._roles[index], end)
-            if actor >= 0:
-                ends[actor] = end
-            makespan = max(makespan, end)
-            total += cost
-        return (makespan, total), ends
+        """Returns makespan and cost, and the sum of when each actuator has ended, and of costs."""
+        slots = self._table.start()
+        ends = self._table.add(self._items(plan, met), slots)
+        cost = sum([self._costs[index] for index in plan])
+        return (max(ends, default=0), cost), cost + sum(self._actor_slots(slots))
 
-    def _add_requests(self, order: _Order, requests: list) -> None:
-        for request in requests:
-            roles = self._request_roles[request]
-            order.add(roles, max(order.before(roles), default=0))
+    def _actor_slots(self, slots) -> list:
+        first = self._table.first_actor
+        return [slots[first + actor] for actor in self._all_actors if actor >= 0]
+
+    def _items(self, plan: list, met: list) -> list:
+        """Returns the actions of a plan with the requests that become met, in order."""
+        first = len(self._costs)
+        items = [first + request for request in met[0]]
+        for index, requests in zip(plan, met[1:]):
+            items.append(index)
+            items += [first + request for request in requests]
+        return items
+
+    def _adopt(self, plan: list, trace: list, met: list, schedule: tuple) -> None:
+        """Makes a valid plan the current one."""
+        self._plan, self._trace, self._met = plan, trace, met
+        self._value, self._busy = schedule
+
+    def _try(self, plan: list) -> bool:
+        """Adopts a plan if it is valid and not worse; tells whether it is better.
+
+        Among plans of one makespan, actuators that end early count, too: this leads to plans of a
+        less makespan. A plan that is better than all before is reported and adopted in any case.
+        """
+        trace: list = []
+        met = self._execute(plan, trace)
+        if met is None:
+            return False
+        value, busy = schedule = self._schedule(plan, met)
+        before, after = (self._value[0], self._busy), (value[0], busy)
+        if after > before and value >= self._best:
+            return False
+        self._adopt(plan, trace, met, schedule)
+        if value < self._best:
+            self._best = value
+            self._report(plan)
+        return after < before
 
     def _eliminate(self) -> None:
         """Leaves out each action, with those that it makes possible, if all is met without."""
@@ -326,12 +234,10 @@ class Improver:
         """Draws another order of the actions, in which each follows those that it depends on."""
         followers: list = [[] for _ in self._plan]
         missing = [0] * len(self._plan)
-        order = _Order()
-        for position, index in enumerate(self._plan):
-            for other in order.before(self._roles[index]):
+        for position, before in enumerate(self._table.dependencies(self._plan)):
+            for other in before:
                 followers[other].append(position)
                 missing[position] += 1
-            order.add(self._roles[index], position)
         ready = [position for position, count in enumerate(missing) if count == 0]
         plan = []
         chosen = -1
@@ -353,82 +259,136 @@ class Improver:
         number = self._whole_searches
         greed = GREED_OF_WHOLE[min(number, len(GREED_OF_WHOLE) - 1)]
         evaluations = FIRST_EVALUATIONS_OF_WHOLE << min(number, 8)
-        better = self._solve(0, len(self._plan), greed, evaluations)
+        if self._is_sequential:
+            better = self._solve(0, len(self._plan), greed, evaluations)
+        else:
+            aim = (True, self._draw((True, False)))
+            better = self._solve_timed(
+                (0, len(self._plan)), self._all_actors, greed, evaluations, aim
+            )
         if not better:
             self._whole_searches += 1
             if self._search.is_exhausted and self._is_sequential:
                 self._is_through = True
         return better
 
-    def _solve(self, begin: int, end: int, greed: int, evaluations: int) -> bool:
-        """Solves a window of the plan anew; tells whether the plan is better then."""
+    def _solve_windows(self) -> bool:
+        """Solves one window after the other anew; tells whether the plan is better then."""
+        found = False
+        position = 0
+        while position < len(self._plan) and not self._is_through:
+            end = min(len(self._plan), position + self._size)
+            if self._solve(position, end, self._draw(GREED_OF_WINDOWS), self._evaluations):
+                found = True
+            elif end == len(self._plan):
+                break
+            else:
+                position += max(1, self._size // 2)
+        return found
+
+    def _solve(self, begin: int, end: int, greed: int, evaluations: int, timing=None) -> bool:
+        """Solves a window of the plan anew; tells whether the plan is better then.
+
+        Args:
+            begin: The position of the window's first action.
+            end: The position after its last one.
+            greed: The weight of the estimate.
+            evaluations: The most states that are estimated.
+            timing: None, or what the window has to cost less than, and times, see
+                :meth:`~rosoclingo.engine.search.Search.find_within`.
+        """
         evaluations = min(evaluations, self._most - self._search.evaluations)
         if evaluations <= 0:
             self._is_through = True
             return False
-        if not self._rest:
-            self._regress()
-        values, levels = self._rest[end]
+        if timing is None:
+            timing = sum([self._costs[index] for index in self._plan[begin:end]]), None
+        values, ranges = self._regression.needs(self._plan, self._trace, self._met, end)
         requests = [request for met in self._met[begin + 1 : end + 1] for request in met]
-        ranges = [(self._variables + number, *pair) for number, pair in levels.items()]
-        bound = sum([self._costs[index] for index in self._plan[begin:end]])
+        goals = values, requests, ranges
+        bound, times = timing
         found = self._search.find_within(
-            self._trace[begin], (list(values.items()), requests, ranges), bound, greed, evaluations
+            self._trace[begin], goals, bound, greed, evaluations, timing=times
         )
         return found is not None and self._try(self._plan[:begin] + found + self._plan[end:])
 
-    def _regress(self) -> None:
-        """Finds out what the rest of the plan needs, at each position."""
-        values: dict = {}
-        levels: dict = {}
-        self._rest = [(values, levels)]
-        for position in range(len(self._plan) - 1, -1, -1):
-            values, levels = dict(values), dict(levels)
-            for request in self._met[position + 1]:
-                wishes, number_wishes = self._requests[request]
-                values.update(wishes)
-                for number, least, most in number_wishes:
-                    self._narrow(levels, number, least, most)
-            self._settle(self._plan[position], self._trace[position + 1], values, levels)
-            self._regress_over(self._plan[position], self._trace[position], values, levels)
-            self._rest.append((values, levels))
-        self._rest.reverse()
+    def _solve_timed_windows(self) -> bool:
+        """Solves windows of some actuators anew; tells whether the plan is better then."""
+        found = False
+        for _ in range(max(1, 2 * len(self._plan) // self._size)):
+            if self._is_through:
+                break
+            actors = self._draw_actors()
+            window = self._draw_window(actors)
+            greed, aim = self._draw(GREED_OF_WINDOWS), self._draw(AIMS)
+            evaluations = self._evaluations * self._draw((1, 1, 2, 4))
+            if window and self._solve_timed(window, actors, greed, evaluations, aim):
+                found = True
+        return found
 
-    def _settle(self, index: int, state, values: dict, levels: dict) -> None:
-        """Replaces derived values that an action may change by all on which they rest."""
-        if not self._bases:
-            return
-        roles = self._roles[index]
-        for variable in [one for one in values if one in self._bases]:
-            base, numbers = self._bases[variable]
-            if base.isdisjoint(roles.writes) and numbers.isdisjoint(roles.alters + roles.takes):
-                continue
-            del values[variable]
-            values.update((one, state[one]) for one in base)
-            for number in numbers:
-                level = state[self._variables + number]
-                self._narrow(levels, number, level, level)
+    def _draw_actors(self) -> list:
+        drawn = list(self._all_actors)
+        number = self._draw((2, 2, 3, len(drawn)))
+        while len(drawn) > number:
+            drawn.remove(self._draw(drawn))
+        return drawn
 
-    def _regress_over(self, index: int, state, values: dict, levels: dict) -> None:
-        needs, others, effects, _, _, _ = self._actions[index]
-        for conditions, variable, _ in effects:
-            if all(state[one] == value for one, value in conditions):
-                values.pop(variable, None)
-        values.update(needs)
-        # Other values might do as well, but this is simple.
-        for variable, _ in others:
-            values[variable] = state[variable]
-        for conditions, _, _ in effects:
-            for variable, _ in conditions:
-                values[variable] = state[variable]
-        for number, least, most, added, level in self._numbers[index]:
-            if level >= 0:
-                levels.pop(number, None)
-            elif number in levels:
-                low, high = levels[number]
-                levels[number] = (low - added, high - added)
-            self._narrow(levels, number, least, most)
+    def _draw_window(self, actors: list) -> tuple:
+        """Draws a window of some actuators, and has its actions in a row.
 
-    def _narrow(self, levels: dict, number: int, least: int, most: int) -> None:
-        low, high = levels.get(number, (0, self._limits[number]))
-        levels[number] = (max(low, least), min(high, most))
+        Returns:
+            The position of its first action, and that after its last one; empty if none was found.
+        """
+        order = self._by_time()
+        theirs = [one for one in order if self._actors[self._plan[one]] in actors]
+        size = self._draw(
+            (self._size, self._draw(range(LEAST_WINDOW, LEAST_WINDOW + 2 * self._size)))
+        )
+        begin = self._draw(range(max(1, len(theirs) - size // 2)))
+        chosen = set(theirs[begin : begin + size])
+        before, window, after = self._table.separate(self._plan, order, chosen)
+        plan = before + window + after
+        trace: list = []
+        met = self._execute(plan, trace)
+        if met is None or not window:
+            return ()
+        schedule = self._schedule(plan, met)
+        if schedule[0] > self._value:
+            return ()
+        self._adopt(plan, trace, met, schedule)
+        return len(before), len(before) + len(window)
+
+    def _by_time(self) -> list:
+        """Returns the positions of the plan's actions, in the order in which they begin."""
+        items = self._items(self._plan, self._met)
+        begins: list = []
+        for item, end in zip(items, self._table.add(items, self._table.start())):
+            if item < len(self._costs):
+                begins.append((end - self._costs[item], len(begins)))
+        return [position for _, position in sorted(begins)]
+
+    def _solve_timed(
+        self, window: tuple, actors: list, greed: int, evaluations: int, aim: tuple
+    ) -> bool:
+        """Solves a window of the plan anew, see :meth:`_solve`, by some actuators."""
+        begin, end = window
+        is_shorter, counts_waiting = aim
+        table = self._table
+        slots, tails = table.start(), table.start()
+        table.add(self._items(self._plan[:begin], self._met[: begin + 1]), slots)
+        table.add_before(self._items(self._plan[end:], [[], *self._met[end + 1 :]]), tails)
+        may_act = array("i", [0]) * (table.size + 1)
+        for actor in actors:
+            if actor >= 0:
+                may_act[table.first_actor + actor] = 1
+        if is_shorter and counts_waiting:
+            bound = NO_BOUND
+        elif counts_waiting:
+            after = array("q", slots)
+            table.add(self._plan[begin:end], after)
+            bound = sum(self._actor_slots(after)) - sum(self._actor_slots(slots))
+        else:
+            bound = sum([self._drawn_costs[index] for index in self._plan[begin:end]])
+        latest = self._value[0] - int(is_shorter)
+        timing = (table, slots, tails, latest, may_act, counts_waiting)
+        return self._solve(begin, end, greed, evaluations, (bound, timing))

@@ -24,7 +24,7 @@ from rosoclingo.engine.worker import LENGTH_BYTES, SearchEnd
 from rosoclingo.errors import SearchProcessError
 
 _WORKER = str(Path(__file__).with_name("worker.py"))
-_MOMENT_SECONDS = 0.3  # of work
+_MOMENT_SECONDS = 0.15  # of work
 _SPARE_SECONDS = 5  # of processor time, beside the search; a search ends itself before
 
 

@@ -45,7 +45,7 @@ class _Facts:
     """Numbers the facts of a task."""
 
     def __init__(self, task: tuple) -> None:
-        domains, _, limits, _, requests, actions, _, rules = task
+        domains, _, limits, _, requests, actions, _, rules = task[:8]
         self.limits = limits
         self.size = 0
         self.offsets = []
@@ -111,7 +111,7 @@ class _Facts:
 
 def _denied(task: tuple) -> set:
     """Returns the derived variables of which it matters that no rule derives them."""
-    _, _, _, _, requests, actions, strata, rules = task
+    _, _, _, _, requests, actions, strata, rules = task[:8]
     without = {pair for stratum in strata for pair in stratum}
     read = {pair for values, _ in requests for pair in values}
     read.update(pair for values, _, _, _ in rules for pair in values)

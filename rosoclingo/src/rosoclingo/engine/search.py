@@ -167,6 +167,111 @@ class Wanted:
 
 
 @cython.cclass
+class Timed:
+    """The times of a search in which a way must not end too late, see ``Search.find_within``."""
+
+    owned: tuple
+    is_used = cython.declare(cython.bint)
+    counts_waiting: cython.bint
+    size: cython.int
+    begin_times: cython.p_longlong
+    times_array = cython.declare(object)
+    times: cython.p_longlong  # of the slots, in the state in hand
+    tails: cython.p_longlong
+    latest: cython.longlong
+    may_act: cython.p_int
+    durations: cython.p_longlong
+    actor_slots: cython.p_int
+    wait_starts: cython.p_int
+    waits: cython.p_int
+    mark_starts: cython.p_int
+    marks: cython.p_int
+    path_array = cython.declare(object)
+    path: cython.p_int
+    path_room: cython.int
+
+    def __init__(self) -> None:
+        """Uses no times."""
+        self.is_used = False
+        self.path_array = array("i")
+        self.path_room = 0
+
+    def begin(self, timing) -> None:
+        """Takes the times of a search; None: it uses none."""
+        self.is_used = timing is not None
+        if timing is None:
+            return
+        table, begin_times, tails, latest, may_act, counts_waiting = timing
+        self.owned = timing
+        self.size = table.size
+        self.begin_times = longs(begin_times)
+        self.times_array = array("q", begin_times)
+        self.times = longs(self.times_array)
+        self.tails = longs(tails)
+        self.latest = latest
+        self.may_act = ints(may_act)
+        self.counts_waiting = counts_waiting
+        self.durations, self.actor_slots = longs(table.durations), ints(table.actor_slots)
+        self.wait_starts, self.waits = ints(table.wait_starts), ints(table.waits)
+        self.mark_starts, self.marks = ints(table.mark_starts), ints(table.marks)
+
+    @cython.cfunc
+    @cython.exceptval(-1)
+    def follow(self, links: tuple, state: cython.int) -> cython.int:
+        """Finds out the times in a state."""
+        parents: cython.p_int = ints(links[0])
+        by: cython.p_int = ints(links[1])
+        length: cython.int = 0
+        i: cython.int
+        action: cython.int
+        end: cython.longlong
+        while parents[state] >= 0:
+            if length == self.path_room:
+                self.path_room += 256
+                self.path_array.frombytes(bytes(4 * 256))
+                self.path = ints(self.path_array)
+            self.path[length] = by[state]
+            length += 1
+            state = parents[state]
+        for i in range(self.size):
+            self.times[i] = self.begin_times[i]
+        while length > 0:
+            length -= 1
+            action = self.path[length]
+            end = self.end_of(action)
+            for i in range(self.mark_starts[action], self.mark_starts[action + 1]):
+                self.times[self.marks[i]] = max(self.times[self.marks[i]], end)
+        return 0
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def end_of(self, action: cython.int) -> cython.longlong:
+        i: cython.int
+        end: cython.longlong = 0
+        for i in range(self.wait_starts[action], self.wait_starts[action + 1]):
+            end = max(end, self.times[self.waits[i]])
+        return end + self.durations[action]
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def step(self, action: cython.int, cost: cython.longlong) -> cython.longlong:
+        """Returns what an action counts in the state in hand, -1 if the plan ends too late."""
+        i: cython.int
+        slot: cython.int = self.actor_slots[action]
+        end: cython.longlong
+        if slot >= 0 and not self.may_act[slot]:
+            return -1
+        end = self.end_of(action)
+        for i in range(self.mark_starts[action], self.mark_starts[action + 1]):
+            if end + self.tails[self.marks[i]] > self.latest:
+                return -1
+        if self.counts_waiting and slot >= 0:
+            return end - self.times[slot]
+        return cost
+
+
+@cython.cclass
 class Search:
     """Searches for plans of a task. Used by one thread at a time."""
 
@@ -203,11 +308,15 @@ class Search:
     item_states: cython.p_int
     item_actions_array = cython.declare(object)
     item_actions: cython.p_int
+    item_distances_array = cython.declare(object)  # of the state after it
+    item_distances: cython.p_longlong
+    item_distances_room: cython.int
     items_room: cython.int
     items_size: cython.int
     distances_array = cython.declare(object)  # of each state, in a search for a cheaper way
     distances: cython.p_longlong
     distances_room: cython.int
+    timed: Timed
     is_exhausted = cython.declare(cython.bint, visibility="readonly")
     """True if the last :meth:`find_within` has proven that no such plan exists."""
     steps: cython.int
@@ -247,10 +356,13 @@ class Search:
         self.preferred = ints(self.relaxation.preferred)
         self.sizes = ints(self.relaxation.sizes)
         self.item_states_array, self.item_actions_array = array("i"), array("i")
+        self.item_distances_array = array("q")
+        self.item_distances_room = 0
         self.items_room = 0
         self.items_size = 0
         self.distances_array = array("q")
         self.distances_room = 0
+        self.timed = Timed()
         self.is_exhausted = False
         self.by_estimate, self.preferred_by_estimate = Heap(), Heap()
         self.by_unmet, self.preferred_by_unmet = Heap(), Heap()
@@ -508,7 +620,20 @@ class Search:
         self.distances[state] = distance
         return 0
 
-    def find_within(self, start, goals: tuple, bound: int, greed: int, evaluations: int):
+    @cython.cfunc
+    @cython.exceptval(-1)
+    def set_item_distance(self, item: cython.int, distance: cython.longlong) -> cython.int:
+        if item >= self.item_distances_room:
+            more: int = max(_FIRST_ROOM, self.item_distances_room // 2)
+            self.item_distances_array.frombytes(bytes(8 * more))
+            self.item_distances = longs(self.item_distances_array)
+            self.item_distances_room += more
+        self.item_distances[item] = distance
+        return 0
+
+    def find_within(
+        self, start, goals: tuple, bound: int, greed: int, evaluations: int, *, timing=None
+    ):
         """Searches for a way that costs less than a bound, by weighted A*.
 
         Args:
@@ -518,6 +643,10 @@ class Search:
             bound: What the way has to cost less than.
             greed: The weight of the estimate.
             evaluations: The most states that are estimated.
+            timing: None, or a :class:`~rosoclingo.engine.timing.Timetable`; its slots before the
+                way; for each of them, what time passes from there to the end of the plan; when
+                that has to be; for each actuator, 1 if it may act; and 1 if a way counts the time
+                that it takes its actuators, with the time that they wait, instead of its cost.
 
         Returns:
             The indices of the actions, or None: none was found.
@@ -537,6 +666,7 @@ class Search:
         self.greed = greed
         self.least_estimate = MOST_LOAD
         self.is_exhausted = False
+        self.timed.begin(timing)
         states.restart(start)
         self.relaxation.set_goals(goals[0], goals[1])
         self.set_distance(0, 0)
@@ -554,8 +684,7 @@ class Search:
                 if item < 0:
                     self.is_exhausted = True
                     return None
-                distance = self.distances[self.item_states[item]]
-                distance += self.costs[self.item_actions[item]]
+                distance = self.item_distances[item]
                 state = states.expand(self.item_states[item], self.item_actions[item])
                 if state < 0 and distance < self.distances[states.known]:
                     state = states.known
@@ -570,24 +699,34 @@ class Search:
         i: cython.int
         action: cython.int
         item: cython.int
+        step: cython.longlong
         distance: cython.longlong
         key: cython.longlong
         estimate: cython.longlong = self.relaxation.evaluate()
+        timed: Timed = self.timed
         self.evaluations += 1
         if estimate < 0:
             return 0
         if estimate < self.least_estimate:
             self.least_estimate = estimate
             self.preferred_by_estimate.turns -= WINDOW_BOOST
+        if timed.is_used:
+            timed.follow(self.states.links(), state)
         self.mark_preferred(1)
         for i in range(self.sizes[0]):
             action = self.applicable[i]
-            distance = self.distances[state] + self.costs[action]
+            step = self.costs[action]
+            if timed.is_used:
+                step = timed.step(action, step)
+                if step < 0:
+                    continue
+            distance = self.distances[state] + step
             if distance >= self.bound:
                 continue
             key = (distance + self.greed * estimate) << ESTIMATE_BITS
             key += min(MOST_ESTIMATE, estimate)
             item = self.add_item(state, action)
+            self.set_item_distance(item, distance)
             self.by_estimate.push(key, item)
             if self.is_preferred[action]:
                 self.preferred_by_estimate.push(key, item)

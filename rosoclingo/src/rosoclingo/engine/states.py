@@ -32,6 +32,28 @@ if not cython.compiled:
     globals()["ints"] = lambda storage: storage
 
 
+def find_bases(strata: tuple, rules: tuple) -> dict:
+    """Returns the variables and the numbers on which each derived variable rests."""
+    around: dict = {}
+    for stratum in strata:
+        for variable, _ in stratum:
+            around[variable] = (set(), set())
+    for values, levels, variable, _ in rules:
+        around[variable][0].update([one for one, _ in values])
+        around[variable][1].update([number for number, _, _ in levels])
+    bases = {}
+    for variable in around:
+        seen, new = {variable}, [variable]
+        numbers: set = set()
+        while new:
+            near, levels = around.get(new.pop(), ((), ()))
+            numbers.update(levels)
+            new += [one for one in near if one not in seen]
+            seen.update(near)
+        bases[variable] = (seen - around.keys(), numbers)
+    return bases
+
+
 def merge_numbers(numbers: list, limits: list) -> list:
     """Returns what an action needs and changes of each number, with one entry for each number.
 
@@ -128,7 +150,7 @@ class States:
         Args:
             task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
         """
-        domains, initial, limits, levels, requests, actions, strata, rules = task
+        domains, initial, limits, levels, requests, actions, strata, rules = task[:8]
         self.owned = []
         self.variables = len(domains)
         self.requests = len(requests)
@@ -313,7 +335,7 @@ class States:
 
     def _build_words(self, task: tuple) -> None:
         """Decides which bits of a stored state have which entry of the state."""
-        domains, _, limits, levels, requests, actions, _, _ = task
+        domains, _, limits, levels, requests, actions = task[:6]
         highest = [size - 1 for size in domains]
         tops = [max(pair) for pair in zip(limits, levels)]
         for _, _, _, numbers, _, _ in actions:
