@@ -178,3 +178,43 @@ def test_what_served_a_request_that_is_gone_is_left_out() -> None:
     plan = rest_of_plan(task)
     assert plan is not None
     assert [task.actions[number].name for number in plan] == ["sing"]
+
+
+TAP = [
+    "task_action(r,turn)", 'task_sets(r,turn,"|",tap,"|",open)', "task_action(r,mop)",
+    'task_needs(r,mop,"|",dry,"|",yes)', 'task_sets(r,mop,"|",tap,"|",shut)',
+    "task_derived(wet)", "task_derived(damp)", "task_derived(dry)",
+    'task_rule(1,"|",wet)', 'task_given(1,"|",tap,"|",open)',
+    'task_rule(2,"|",damp)', 'task_given(2,"|",wet,"|",yes)',
+    'task_rule(3,"|",wet)', 'task_given(3,"|",damp,"|",yes)',
+    'task_rule(4,"|",dry)', 'task_given(4,"|",damp,"|",no)',
+    'task_given_least(4,"|",heat,"|",2)', 'task_given_most(4,"|",heat,"|",3)',
+    'task_number(heat,"|",5)',
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("heat", "dry"), [(1, "no"), (2, "yes"), (3, "yes"), (4, "no")])
+def test_values_are_derived_after_each_action(heat: int, dry: str) -> None:
+    reader = TaskReader()
+    reader.read_facts(TAP)
+    now = ['task_is(tap,"|",shut)', 'task_is(wet,"|",no)', 'task_is(damp,"|",no)',
+           f'task_is(dry,"|",{dry})', f'task_is(heat,"|",{heat})', 'task_limit(heat,"|",5)',
+           'task_wish(1,"|",damp,"|",yes)']  # fmt: skip
+    task = reader.read(now)
+    (turn,) = numbers(task, "turn")
+    done = task.execute([turn])
+    assert done.met == {"1": 1}
+    assert done.state.values == {"tap": "open", "wet": "yes", "damp": "yes", "dry": "no"}
+    assert task.derivation.basis("dry") == {"tap", "heat"}
+    assert task.derivation.strata == {"wet": 0, "damp": 0, "dry": 1}
+    assert "dry is yes if damp = no and heat >= 2 and heat <= 3" in task.lines()
+
+
+def test_what_ends_a_derived_value_helps() -> None:
+    reader = TaskReader()
+    reader.read_facts(TAP)
+    now = ['task_is(tap,"|",open)', 'task_is(wet,"|",yes)', 'task_is(damp,"|",yes)',
+           'task_is(dry,"|",no)', 'task_is(heat,"|",2)', 'task_limit(heat,"|",5)']  # fmt: skip
+    task = reader.read([*now, 'task_wish(1,"|",wet,"|",no)'])
+    assert [action.name for action in task.actions] == ["mop"]
+    assert task.hopeless == ()

@@ -17,7 +17,7 @@ class Rule:
     Attributes:
         variable: The variable.
         needs: Values that variables must have.
-        bounds: For a number, the least and the largest level.
+        bounds: For a number, the least and the largest level; one of them says nothing.
     """
 
     variable: str
@@ -26,7 +26,10 @@ class Rule:
 
     def __str__(self) -> str:
         conditions = [f"{variable} = {value}" for variable, value in self.needs]
-        conditions += [f"{least} <= {number} <= {most}" for number, least, most in self.bounds]
+        conditions += [
+            f"{number} >= {least}" if least else f"{number} <= {most}"
+            for number, least, most in self.bounds
+        ]
         return f"{self.variable} is {YES} if {' and '.join(conditions) or 'nothing else matters'}"
 
 
