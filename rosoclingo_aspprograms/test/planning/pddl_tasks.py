@@ -202,6 +202,10 @@ TASKS: Dict[str, Tuple[str, str]] = {
         _TRUCK,
         _TRUCK_PROBLEM.replace("GOAL", "(or (>= (fuel) 9) (and (at bank) (>= (coins) 3)))"),
     ),
+    "a number in the goal that is right at first": (
+        _TRUCK,
+        _TRUCK_PROBLEM.replace("GOAL", "(and (at bank) (>= (fuel) 1))"),
+    ),
     "derived from numbers": (
         _TRUCK,
         _TRUCK_PROBLEM.replace("GOAL", "(and (honked) (low) (not (= (coins) 2)) (at x))"),
