@@ -12,7 +12,7 @@ A published action is entered once, with its token, and its answer once:
 
 from __future__ import annotations
 
-import uuid
+import os
 from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
 
@@ -44,7 +44,7 @@ class ExecutionsState:
             the same clock, by actuator and action.
     """
 
-    run: str = field(default_factory=lambda: uuid.uuid4().hex)
+    run: str = field(default_factory=lambda: os.urandom(16).hex())
     number: int = 0
     last: Dict[str, Execution] = field(default_factory=dict)
     published: Set[Action] = field(default_factory=set)
