@@ -54,7 +54,7 @@ from rosoclingo.msg import (
     ROSoClingoToken,
 )
 
-AGAIN_SECONDS = 0.5  # after which a goal, a cancel or an answer is sent again that has not come
+AGAIN_SECONDS = 2.0  # after which a goal, a cancel or an answer is sent again that has not come
 QUIET_SECONDS, LONG_QUIET_SECONDS = 0.05, 1.0
 LONGEST_SECONDS = 120.0  # no more than a bound for what never comes
 
@@ -105,9 +105,11 @@ class Link:
         else:
             assert isinstance(item, MessageArrived)
             self.message = item
-            self._in.publish(item.source, item.value)
-            self._send(lambda e: isinstance(e, MessageArrived) and e.value == item.value,
-                       lambda: None)  # fmt: skip
+            # Lost if the node is being started again, and said twice if that takes long.
+            self._send(
+                lambda e: isinstance(e, MessageArrived) and e.value == item.value,
+                lambda: self._in.publish(item.source, item.value),
+            )
 
     def _send(self, has_come: Callable[[Event], bool], send: Callable[[], None]) -> None:
         send()
