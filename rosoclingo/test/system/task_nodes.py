@@ -209,6 +209,7 @@ class Nodes(TaskWorld):
             self._count(f"kills of {name}")
             threading.Timer(delay, os.kill, (number, signal.SIGKILL)).start()
 
+    comes_alone = 1.0  # else it might be planned for before the news are there
     kills_left = 3
     _is_quiet = False  # the last thing that the loop has done is to wait
 

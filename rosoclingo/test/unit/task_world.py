@@ -88,7 +88,10 @@ class TaskWorld(World):
         physics: What there is.
         violations: What was wrong.
         counts: How often each kind of event has come.
+        comes_alone: How often nothing else comes together with a goal.
     """
+
+    comes_alone = 0.6
 
     def __init__(self, rules: Rules, domain: Domain, chance: Random) -> None:
         texts = sorted(row[0] for row in rules.base["request"])
@@ -188,7 +191,7 @@ class TaskWorld(World):
         self._to_ask = [key for key in self._to_ask if key not in life.known]
         if self._to_ask and (chance.random() < 0.2 or not self._open):
             life.ask(self._to_ask[0])
-            if chance.random() < 0.6:
+            if chance.random() < self.comes_alone:
                 return
         if self._disturb(life):
             return
