@@ -13,10 +13,10 @@ is an argument, or in the environment as PDDL_TASKS; without it, nothing is meas
 the tasks for which the limits were set, drawn by lot, was not looked at while the planner was
 built, and has a row of its own. Exit status 1 says that a limit is missed, or that a plan is not
 valid. With ``--execute``, nothing is measured: plans are executed, actions fail at random, and each
-one that succeeds is validated. With ``--lengths``, it is measured how many actions a plan has ten
-seconds after the goal has come, with ``~patience``, beside LAMA's plan after ten seconds, and what
-the optimal plan costs, if A* finds it within a minute. With ``--whole``, the commands ``pddl.py``
-and ``plan.py`` are measured as processes, from the start of the first one to the printed plan.
+one that succeeds is validated. With ``--lengths``, it is measured what a plan costs after ten
+seconds, with ``~patience``, beside LAMA's plan after ten seconds, and beside the optimal plan, if
+A* finds that within a minute. With ``--whole``, the commands ``pddl.py`` and ``plan.py`` are
+measured as processes, from the start of the first one to the printed plan.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import math
 import os
 import random
 import re
@@ -55,9 +56,10 @@ WHOLE_RATIO = 3.0  # of LAMA's time for both commands, in the median
 SECONDS = 30.0  # in which a task is to be solved
 DRAWS = 3
 LENGTH_SECONDS = 10
-SHORT = 24 / 32  # of the tasks have plans that are at most as long as LAMA's by then
+CHEAP = {1.0: 0.75, 1.1: 0.92}  # of LAMA's costs by then, in that share of the tasks at least
 OPTIMAL_SECONDS = 60  # for an optimal plan
 _READY_SECONDS = 0.1  # in which a process that is not ready does something
+_SLOWEST = 5  # times as long as the improvement may take, on a slow or busy machine
 _OPTIMAL = "astar(lmcut())"
 _OUT_OF_TIME = (21, 23)  # exit statuses of Fast Downward: its translator, its search
 _FAILURES = 0.05
@@ -105,20 +107,24 @@ class Planned:
         seconds: Processor time until it was there.
         actions: Its actions, in an order in which they can be done; or how many there are.
         cost: What it costs.
+        last: Its last step.
     """
 
     seconds: float
     actions: List[str]
     cost: int = 0
+    last: int = 0
 
 
 class _FirstPlan(System):
     """Ends when the first action goes out."""
 
-    def __init__(self, encoding: List[str], patience: float) -> None:
-        parts = make_parts(_MODE, Options(tuple(encoding), ()), _STEPS)
+    def __init__(self, encoding: List[str], patience: float, slots: int) -> None:
+        constants = ("-c", f"slots={slots}")
+        parts = make_parts(_MODE, Options(tuple(encoding), constants), _STEPS)
         super().__init__(parts.loop, patience=patience)
         self.actions: Optional[List[str]] = None
+        self.last = 0
         self.ended = 0.0
 
     def publish(self, actuator: str, action: str) -> None:
@@ -127,6 +133,7 @@ class _FirstPlan(System):
             self.ended = _processor_time()
             plan = self.loop.state.plan.actions_from(0)
             self.actions = [each.name for each in sorted(plan, key=lambda one: one.step)]
+            self.last = max(each.step for each in plan)
             self.close()
 
     def turn(self) -> bool:
@@ -225,30 +232,35 @@ def _wait_until_ready() -> float:
     return now + ended.ru_utime + ended.ru_stime + time.process_time()
 
 
-def plan_here(encoding: List[str], seconds: float) -> None:
-    """Plans in this process, and prints the time, the plan and its cost as JSON.
+def plan_here(encoding: List[str], seconds: float, goals: Sequence[str]) -> None:
+    """Plans in this process, and prints the time, the plan, its cost and last step as JSON.
 
     Args:
         encoding: The files.
         seconds: How long the plan is improved before the first action goes out.
+        goals: The requests.
     """
-    system = _FirstPlan(encoding, seconds or DEFAULT_PATIENCE)
+    system = _FirstPlan(encoding, seconds or DEFAULT_PATIENCE, len(goals))
     system.run()
     began = _wait_until_ready()
-    system.request("goal")
+    for goal in goals:
+        system.request(goal)
     system.run()
-    print(json.dumps([system.ended - began, system.actions, system.cost]))
+    print(json.dumps([system.ended - began, system.actions, system.cost, system.last]))
 
 
-def plan_with_library(encoding: List[str], limit: float, seconds: float = 0) -> Optional[Planned]:
+def plan_with_library(
+    encoding: List[str], limit: float, seconds: float = 0, goals: Sequence[str] = ("goal",)
+) -> Optional[Planned]:
     """Plans in a process of its own; returns None if there is no plan in time."""
     command = [sys.executable, __file__, "--seconds", str(seconds), "--one", *encoding]
+    command += ["--goals", *goals]
     try:
         ended = subprocess.run(command, check=True, capture_output=True, text=True, timeout=limit)
     except subprocess.TimeoutExpired:
         return None
-    duration, actions, cost = json.loads(ended.stdout.splitlines()[-1])
-    return None if actions is None else Planned(duration, actions, cost)
+    duration, actions, cost, last = json.loads(ended.stdout.splitlines()[-1])
+    return None if actions is None else Planned(duration, actions, cost, last)
 
 
 def plan_with_lama(
@@ -470,41 +482,50 @@ def _unless_missing(plans: Sequence[Optional[Planned]]) -> List[Planned]:
 
 
 def measure_lengths(folder: Path, pattern: str, report: Report) -> bool:
-    """Adds a row for each task, and one for all; returns whether all plans are valid."""
-    count = short = cheap = known = best = 0
+    """Adds a row for each task, and those of all; returns whether all plans are valid."""
+    halves: Dict[bool, List[float]] = {True: [], False: []}  # by whether it was not looked at
+    above: List[float] = []  # the optimum, where that is known
     all_valid = True
     for name, domain, problem in tasks(folder, pattern):
         with tempfile.TemporaryDirectory() as place:
             files = write_encoding(domain, problem, place)
             lama = plan_with_lama(domain, problem, Path(place), LENGTH_SECONDS)
             optimum = plan_optimally(domain, problem, Path(place))
-            limit = SECONDS + LENGTH_SECONDS
+            limit = SECONDS + LENGTH_SECONDS * _SLOWEST
             ours = plan_with_library(files, limit, LENGTH_SECONDS)
-        if lama is None:
-            report.add(Row(f"{name}: LAMA has no plan", _NO_PLAN, None))
-            continue
-        count += 1
-        length = Samples("actions", (float(len(lama.actions)),))
         if ours is None:
-            report.add(Row(f"{name}: no plan", length, None))
+            report.add(Row(f"{name}: no plan", _NO_PLAN, None))
+            if lama:
+                halves[name in UNSEEN].append(math.inf)
             continue
         all_valid &= is_valid(name, domain, problem, ours)
-        short += len(ours.actions) <= len(lama.actions)
-        cheap += ours.cost <= lama.cost
-        own = Samples("actions", (float(len(ours.actions)),))
-        least = "over a minute" if optimum is None else str(optimum)
-        known += optimum is not None
-        best += optimum == ours.cost
-        title = f"{name}: cost {ours.cost}, LAMA {lama.cost}, optimal {least}"
-        report.add(Row(title, own, None,
-                       "LAMA", length.median, "actions"))  # fmt: skip
-    if count:
-        longer = Samples("", (float(count - short),))
-        report.add(Row(f"{short} of {count} at most as long", longer, None, "longer",
-                       (count - short) / count, "", 1 - SHORT))  # fmt: skip
-        print(f"{cheap} of {count} plans cost at most as much as LAMA's")
-        print(f"{best} of the {known} whose optimum is known are optimal")
+        best = "not within a minute" if optimum is None else str(optimum)
+        if optimum is not None:
+            above.append(_ratio(ours.cost, optimum))
+        own = Samples("", (float(ours.cost),))
+        title = f"{name}: cost, LAMA {lama.cost if lama else 'none'}, optimum {best}"
+        ratio = _ratio(ours.cost, lama.cost) if lama else None
+        report.add(Row(title, own, None, "to LAMA" if lama else "", ratio, "x"))
+        if ratio is not None:
+            halves[name in UNSEEN].append(ratio)
+    for title, ratios in (
+        ("half that was not looked at", halves[True]),
+        ("other half", halves[False]),
+        ("all", halves[True] + halves[False]),
+    ):
+        for most, share in CHEAP.items() if ratios else ():
+            dear = sum(ratio > most for ratio in ratios) / len(ratios)
+            report.add(Row(f"{title}: costs to LAMA's", Samples("x", tuple(ratios)), None,
+                           f"share above {most:g}x", dear, "", 1 - share))  # fmt: skip
+    if above:
+        samples = Samples("x", tuple(above))
+        report.add(Row(f"{above.count(1.0)} of {len(above)} known optima", samples, None,
+                       "most to optimum", max(above), "x"))  # fmt: skip
     return all_valid
+
+
+def _ratio(cost: int, other: int) -> float:
+    return 1.0 if cost == other else cost / other if other else math.inf
 
 
 def main() -> int:
@@ -512,6 +533,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", nargs="?", default=os.environ.get("PDDL_TASKS"))
     parser.add_argument("--one", nargs="+", metavar="FILE", help="plans with an encoding only")
+    parser.add_argument("--goals", nargs="+", default=["goal"], help="requests; with --one")
     parser.add_argument("--draws", type=int, default=DRAWS, metavar="N", help="of each task")
     parser.add_argument("--tasks", default="", metavar="REGEX", help="only those, by their names")
     parser.add_argument("--execute", action="store_true", help="executes plans only")
@@ -522,7 +544,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=0.0, help="to improve a plan; with --one")
     chosen = parser.parse_args()
     if chosen.one:
-        plan_here(chosen.one, chosen.seconds)
+        plan_here(chosen.one, chosen.seconds, chosen.goals)
         return 0
     if chosen.folder is None:
         print("no tasks: name their folder, or set PDDL_TASKS")

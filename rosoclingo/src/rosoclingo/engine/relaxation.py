@@ -376,8 +376,8 @@ class RelaxedTask:
         self.goals = self.keep([0] * self.facts_size)
         self.goals_size = 0
         self.stack = self.keep([0] * self.facts_size)
-        self.bucket_first = self.keep([-1] * (MOST_COST + 1))
-        self.bucket_last = self.keep([-1] * (MOST_COST + 1))
+        self.bucket_first = self.keep(array("i", [-1]) * (MOST_COST + 1))
+        self.bucket_last = self.keep(array("i", [-1]) * (MOST_COST + 1))
         self.action_seen = self.keep([0] * actions)
         self.preferred_seen = self.keep([0] * actions)
         self.applicable = array("i", [0] * (actions + 1))
