@@ -39,11 +39,13 @@ def _find_compiled_search() -> None:
         return
     built = Path(__file__).parent / "devel/lib/python3/dist-packages/rosoclingo/engine"
     compiled = {file.name.partition(".")[0]: file for file in built.glob("*.so")}
-    sources = [Path(engine.__path__[-1]) / f"{name}.py" for name in compiled]
-    if sources and str(built) not in engine.__path__:
-        newest = max(source.stat().st_mtime for source in sources)
-        if newest < min(file.stat().st_mtime for file in compiled.values()):
-            engine.__path__.insert(0, str(built))
+    sources = Path(engine.__path__[-1])
+    is_current = all(
+        (sources / f"{name}.py").stat().st_mtime < file.stat().st_mtime
+        for name, file in compiled.items()
+    )
+    if compiled and is_current and str(built) not in engine.__path__:
+        engine.__path__.insert(0, str(built))
 
 
 @pytest.hookimpl(tryfirst=True)  # before -k and -m leave variants out

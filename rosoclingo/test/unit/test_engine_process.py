@@ -74,9 +74,14 @@ def test_a_plan_for_some_requests_is_told_while_one_for_all_is_searched_for(
     monkeypatch.setattr(process_module, "_MOMENT_SECONDS", 0.02)
     task = counters(12, 3)
     task.requests.append(([], [(1, 4, 4)]))
-    process = ended(task, seconds=1.5)
-    assert (process.latest(), process.why_ended) == (None, SearchEnd.OUT_OF_TIME)
+    process = SearchProcess(task, seconds=60, improve_seconds=0, bytes=BYTES)
+    deadline = time.monotonic() + SECONDS
+    while not process.partial:
+        assert time.monotonic() < deadline
+        assert not process.wait(0.01)
+    process.close()
     assert process.partial == (2, 2)
+    assert process.latest() is None
 
 
 def test_processor_time_ends() -> None:

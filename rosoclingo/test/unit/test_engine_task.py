@@ -181,15 +181,15 @@ def test_what_served_a_request_that_is_gone_is_left_out() -> None:
 
 
 TAP = [
-    "task_action(r,turn)", 'task_sets(r,turn,"|",tap,"|",open)', "task_action(r,mop)",
-    'task_needs(r,mop,"|",dry,"|",yes)', 'task_sets(r,mop,"|",tap,"|",shut)',
-    "task_derived(wet)", "task_derived(damp)", "task_derived(dry)",
-    'task_rule(1,"|",wet)', 'task_given(1,"|",tap,"|",open)',
-    'task_rule(2,"|",damp)', 'task_given(2,"|",wet,"|",yes)',
-    'task_rule(3,"|",wet)', 'task_given(3,"|",damp,"|",yes)',
-    'task_rule(4,"|",dry)', 'task_given(4,"|",damp,"|",no)',
-    'task_given_least(4,"|",heat,"|",2)', 'task_given_most(4,"|",heat,"|",3)',
-    'task_number(heat,"|",5)',
+    "base_action(r,turn)", 'base_sets(r,turn,"|",tap,"|",open)', "base_action(r,mop)",
+    'base_needs(r,mop,"|",dry,"|",yes)', 'base_sets(r,mop,"|",tap,"|",shut)',
+    "base_derived(wet)", "base_derived(damp)", "base_derived(dry)",
+    'base_rule(1,"|",wet)', 'base_given(1,"|",tap,"|",open)',
+    'base_rule(2,"|",damp)', 'base_given(2,"|",wet,"|",yes)',
+    'base_rule(3,"|",wet)', 'base_given(3,"|",damp,"|",yes)',
+    'base_rule(4,"|",dry)', 'base_given(4,"|",damp,"|",no)',
+    'base_given_least(4,"|",heat,"|",2)', 'base_given_most(4,"|",heat,"|",3)',
+    'base_number(heat,"|",5)',
 ]  # fmt: skip
 
 

@@ -90,8 +90,6 @@ def search(task: tuple, options: dict, parent: int) -> str:
             if most is None:
                 most = first.evaluations if first.evaluations <= options["moment"] else 0
         if options["improve_seconds"] > 0:
-            from rosoclingo.engine.improving import Improver  # noqa: PLC0415 (takes time)
-
             limit = Limit(parent, options["improve_seconds"])
             Improver(task, limit, most).improve(plan, write)
     except OutOfTimeError:
