@@ -412,6 +412,20 @@ def test_one_that_rests_ends_with_the_process_that_has_started_it(tmp_path: Path
         wait_for(lambda: state(pid) == "T")
 
 
+def test_one_that_is_to_rest_while_it_starts_ends_with_the_process_that_has_started_it(
+    tmp_path: Path,
+) -> None:
+    begin = (
+        "late = AnsweringProcess(print, command=eval(sys.argv[3]))",
+        "late.rest(True)",
+        "threading.Thread(target=late.ask, args=[work]).start()",
+        "while late.pid is None: pass",
+        "print(late.pid, flush=True)",
+    )
+    with killed_parent(tmp_path, task(), *begin):
+        pass  # it is killed at once
+
+
 def test_it_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:
     """Also while it works, if that one is killed."""
     slow = tmp_path / "slow.lp"

@@ -51,7 +51,7 @@ def first_obstacle(
         limits: The largest level of each number.
         actions: All actions, without ways.
         moves: The ways of robots.
-        layers: The plan, as :class:`PlanningTask` has what is left of one.
+        layers: The plan, as :class:`~rosoclingo.engine.task.PlanningTask` has what is left of one.
     """
     by_choice = {f"{action.actuator},{action.name}": action for action in actions}
     chosen: List[TaskAction] = []  # ways and actions, in the order of the plan

@@ -135,6 +135,7 @@ class AnsweringProcess:
                 self._ask_to(child)
                 if child.ask(None, self._seconds_to_start) != READY:
                     raise ValueError("it is no process that answers")
+                child.may_rest = True
             self._ask_to(child)
             # The shortest ways: the node's other threads wait for this one.
             return read_reply(child.ask(pickle.dumps(task), task.seconds + self._seconds_more))
@@ -206,7 +207,11 @@ class _Child:
         process: The process.
         is_late: Whether it was ended because it took too long.
         is_canceled: Whether it was ended because its answer is not wanted now.
+        may_rest: Whether it can be paused. While it starts, it would stay paused for ever if this
+            process were killed.
     """
+
+    may_rest = False
 
     def __init__(self, command: Sequence[str], nice: int) -> None:
         self._connection, other = Pipe()
@@ -246,7 +251,8 @@ class _Child:
 
     def rest(self, rests: bool) -> None:
         """Pauses or resumes the process; does nothing to one that has ended."""
-        self.process.send_signal(signal.SIGSTOP if rests else signal.SIGCONT)
+        if self.may_rest:
+            self.process.send_signal(signal.SIGSTOP if rests else signal.SIGCONT)
 
     def has_ended(self) -> bool:
         """Whether the process has ended."""
