@@ -43,6 +43,7 @@ BENCHES = ROOT / "benchmarks" / "encodings"
 ACTIONS = str(ASP / "lib" / "actions.lp")
 TEMPLATE = str(ROOT / "rosoclingo" / "template" / "encoding" / "robot.lp.in")
 HERE = ASP / "test" / "planning"
+EPISODES_OF = ROOT / "rosoclingo" / "test" / "encodings"
 SMALL = ("-c", "x=2", "-c", "y=1")
 
 RUNS: Dict[str, Tuple[str, ...]] = {
@@ -88,6 +89,11 @@ READ: Dict[str, Tuple[str, ...]] = {
         str(ASP / "hospital" / name) for name in ("instances/small.lp", "hospital.lp")
     ),
     **{name: (str(HERE / f"{name}.lp"),) for name in ("courier", "blocks", "power", "transport")},
+    **{name: (str(EPISODES_OF / f"{name}.lp"),) for name in ("errands", "kitchen", "trucks", "tugs")},
+    "hospital with two robots": (
+        str(ASP / "hospital" / "instances" / "small.lp"), str(ASP / "hospital" / "hospital.lp"),
+        str(EPISODES_OF / "linen_robots.lp"),
+    ),
 }  # fmt: skip
 NO_PLANNERS = {
     TOWER / "toh.lp",  # has all steps at once

@@ -49,7 +49,7 @@ DOMAINS: Dict[str, Domain] = {
         [str(ENCODINGS / "errands.lp")], ("visit", "meet"), ("at(", "lamp("), ("go", "mend"),
     ),
     "kitchen": Domain(
-        [str(ENCODINGS / "kitchen.lp")], ("meal",), ("cold(", "stove(", "pot("),
+        [str(ENCODINGS / "kitchen.lp")], ("meal",), ("stove(", "pot("),
         ("light", "wash"), ("gas", "plates"),
     ),
     "tugs": Domain(
