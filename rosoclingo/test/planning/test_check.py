@@ -89,7 +89,10 @@ READ: Dict[str, Tuple[str, ...]] = {
         str(ASP / "hospital" / name) for name in ("instances/small.lp", "hospital.lp")
     ),
     **{name: (str(HERE / f"{name}.lp"),) for name in ("courier", "blocks", "power", "transport")},
-    **{name: (str(EPISODES_OF / f"{name}.lp"),) for name in ("errands", "kitchen", "trucks", "tugs")},
+    **{
+        name: (str(EPISODES_OF / f"{name}.lp"),)
+        for name in ("errands", "kitchen", "trucks", "tugs")
+    },
     "hospital with two robots": (
         str(ASP / "hospital" / "instances" / "small.lp"), str(ASP / "hospital" / "hospital.lp"),
         str(EPISODES_OF / "linen_robots.lp"),
