@@ -450,8 +450,8 @@ def test_an_encoding_without_commits_is_warned_of_once(system: Make, tmp_path: P
         ":- event(commit,A,t), not act(A,t).",
         ":- act(A,t), not event(commit,A,t), event(info,passed,t).",
     )
-    made = system("dynamic.incremental.recording", "-c", "steps=20", encoding=[file]).start()
-    assert made.goal("visit(4)").wait() == "succeeded"
+    made = system("dynamic.incremental.recording", "-c", "steps=20", encoding=[file])
+    assert made.begin("visit(4)").wait() == "succeeded"
     (warning,) = made.world.warnings
     assert "does not declare #external event(commit,do(robot,go(2)),1)" in warning
     assert "another past" in warning
