@@ -112,19 +112,23 @@ class _Facts:
 def _denied(task: tuple) -> set:
     """Returns the derived variables of which it matters that no rule derives them."""
     _, _, _, _, requests, actions, strata, rules = task[:8]
+    denied: set = set()
+    if not strata:
+        return denied
     without = {pair for stratum in strata for pair in stratum}
     read = {pair for values, _ in requests for pair in values}
-    read.update(pair for values, _, _, _ in rules for pair in values)
-    denied: set = set()
+    for values, _, _, _ in rules:
+        read.update(values)
     for needs, others, effects, _, _, _ in actions:
         read.update(needs)
-        read.update(pair for conditions, _, _ in effects for pair in conditions)
-        denied.update(variable for variable, _ in others)
-    denied.update(variable for variable, _ in read & without)
+        for conditions, _, _ in effects:
+            read.update(conditions)
+        denied.update([variable for variable, _ in others])
+    denied.update([variable for variable, _ in read & without])
     denied &= {variable for variable, _ in without}
     around: dict = {}
     for values, _, variable, _ in rules:
-        around.setdefault(variable, set()).update(one for one, _ in values)
+        around.setdefault(variable, set()).update([one for one, _ in values])
     derived = {variable for variable, _ in without}
     new = list(denied)
     while new:

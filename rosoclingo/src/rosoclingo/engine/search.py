@@ -461,6 +461,7 @@ class Search:
             OutOfTimeError: It was told to stop.
             MemoryError: There is no room for more states.
         """
+        i: cython.int
         if self.requests_size == 1:
             return [], False
         begin = array("i", self.states.state)
@@ -472,6 +473,8 @@ class Search:
         is_whole = self.states.unmet_wishes() == 0
         self.states.restart(begin)
         self.relaxation.set_goals([], list(range(self.requests_size)))
+        for i in range(self.actors_size):
+            self.loads_before[i] = 0
         return plan, is_whole
 
     def find_one_by_one(self, evaluations: int) -> list:
