@@ -244,8 +244,8 @@ def test_a_search_is_seen_while_it_goes_on(mode: str, tmp_path: Path) -> None:
         monitor.is_wanted = True
         return loop_health(monitor, time.monotonic(), queue=0, slow_seconds=0.2)
 
+    wait_for(lambda: health().message.startswith("searches for a plan, for "), health)
     wait_for(lambda: health().level is WARN, health)
-    assert health().message.startswith("searches for a plan, for ")
     # Right after the limit, three digits show the limit itself.
     wait_for(lambda: float(values(health())["search under way (s)"]) > 0.2, health)
     wait_for(lambda: values(health())["goals with a slot"] == "1", health)
