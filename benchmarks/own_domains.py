@@ -58,7 +58,7 @@ moves(tug(T)) :- tug(T).
 initially(hitch(T),none) :- tug(T).
 initially(towed(P),no) :- plane(P).
 initially(in(S),P) :- initially(pos(P),S).
-initially(in(S),nobody) :- segment(S), not full(S).
+initially(in(S),free) :- segment(S), not full(S).
 full(S) :- initially(pos(P),S), plane(P).
 
 % A tug that is hooked to a plane leaves the service roads; each segment has room for one plane.
@@ -71,9 +71,9 @@ given(tug(T),detach(P,S),((at(tug(T)),hooked(S));(hitch(T),P))) :- tug(T), plane
 then(tug(T),detach(P,S),((at(tug(T)),S);(hitch(T),none);(towed(P),no))) :-
     tug(T), plane(P), segment(S).
 action(tug(T),tow(P,S,W)) :- tug(T), plane(P), next(S,W).
-given(tug(T),tow(P,S,W),((at(tug(T)),hooked(S));(pos(P),S);(hitch(T),P);(in(W),nobody))) :-
+given(tug(T),tow(P,S,W),((at(tug(T)),hooked(S));(pos(P),S);(hitch(T),P);(in(W),free))) :-
     tug(T), plane(P), next(S,W).
-then(tug(T),tow(P,S,W),((at(tug(T)),hooked(W));(pos(P),W);(in(W),P);(in(S),nobody))) :-
+then(tug(T),tow(P,S,W),((at(tug(T)),hooked(W));(pos(P),W);(in(W),P);(in(S),free))) :-
     tug(T), plane(P), next(S,W).
 
 needs(R,A,V,X) :- given(R,A,(V,X)).

@@ -508,14 +508,10 @@ def measure_lengths(folder: Path, pattern: str, report: Report) -> bool:
         report.add(Row(title, own, None, "to LAMA" if lama else "", ratio, "x"))
         if ratio is not None:
             halves[name in UNSEEN].append(ratio)
-    for title, ratios in (
-        ("half that was not looked at", halves[True]),
-        ("other half", halves[False]),
-        ("all", halves[True] + halves[False]),
-    ):
-        for most, share in CHEAP.items() if ratios else ():
-            dear = sum(ratio > most for ratio in ratios) / len(ratios)
-            report.add(Row(f"{title}: costs to LAMA's", Samples("x", tuple(ratios)), None,
+    for title, samples in _halves(halves):
+        for most, share in CHEAP.items():
+            dear = sum(ratio > most for ratio in samples.values) / len(samples.values)
+            report.add(Row(f"{title}: costs to LAMA's", samples, None,
                            f"share above {most:g}x", dear, "", 1 - share))  # fmt: skip
     if above:
         samples = Samples("x", tuple(above))

@@ -60,7 +60,7 @@ LONGEST_SECONDS = 120.0  # no more than a bound for what never comes
 
 
 class Link:
-    """What a world calls the life of a process: here it is behind topics.
+    """Connection of a world to the nodes of one run, over topics, in place of an in-process loop.
 
     Attributes:
         known: The goals that have arrived, by their ids.
@@ -184,7 +184,7 @@ class Nodes(TaskWorld):
             self.physics.begin(event.actuator, event.action)
 
     def _is_dispatched(self, link: Link) -> bool:
-        """Whether the list of actions is as new as the journal; takes the tokens from it."""
+        """Takes the tokens of dispatched actions; tells whether they are those of the journal."""
         message = link.dispatch
         todo = [one for one in message.actions if one.state != ROSoClingoToken.ANSWERED]
         self._open = [(message.run, one.number) for one in todo]

@@ -1,7 +1,7 @@
-"""The rules of an encoding of ``actions.lp``, and a physical world that keeps to them.
+"""Judge of executions in domains of ``actions.lp``: a physical world that keeps to their rules.
 
-The planner's engine has no part in it: clingo grounds what the encoding says of the goals that are
-open, and the rest follows from the comment at the head of ``actions.lp``.
+It shares no code with the planner: clingo grounds the facts of the encoding, and their meaning is
+written here anew, as the comment at the head of ``actions.lp`` has it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _SEARCH = "1"
 
 
 class Rules:
-    """What an encoding says in base, and for each goal."""
+    """The ground facts of an encoding: of base, and of each open goal."""
 
     def __init__(self, files: Sequence[str], options: Sequence[str] = ()) -> None:
         self._files = files
@@ -39,7 +39,7 @@ class Rules:
         self.base = self._ground()
 
     def of_goal(self, slot: str, request: str, *, is_canceled: bool) -> Rows:
-        """Returns what is said because a request is in a slot."""
+        """Returns the facts that depend on the request in a slot."""
         key = slot, request, is_canceled
         if key not in self._known:
             told = [(slot, request)] + ([(slot, "cancel")] if is_canceled else [])
@@ -74,7 +74,7 @@ class Rules:
 
 
 class Act:
-    """What an action needs and changes."""
+    """The conditions and effects of an action."""
 
     def __init__(self, rows: Rows, actuator: str, action: str, limits: Dict[str, int]) -> None:
         def about(name: str) -> List[Row]:
@@ -122,7 +122,7 @@ def _sums(rows: Sequence[Row], limits: Dict[str, int]) -> Dict[str, int]:
 
 
 class Physics:
-    """What there really is, and what is impossible in it.
+    """The true state of the world, and a judge of the actions in it.
 
     Attributes:
         values: The values of variables.
@@ -185,7 +185,7 @@ class Physics:
         return self._rules.of_goal(slot, request, is_canceled=goal in self.canceled)
 
     def unmet(self, slot: str) -> List[str]:
-        """Returns what a goal wants and has not."""
+        """Returns the unmet wishes of a goal, as text."""
         _, request = self.slots[slot]
         rows, found = self._rows_of(slot), []
         for head, name in ((request, "{}"), (slot, "{} of a slot")):
@@ -199,7 +199,7 @@ class Physics:
         return found
 
     def unrestored(self, slot: str) -> List[str]:
-        """Returns what has to be so after the cancel of a goal, and is not."""
+        """Returns what a canceled goal has left unrestored, as text."""
         _, request = self.slots[slot]
         rows = self._rows_of(slot)
         wanted = [row[1:] for row in rows["restores"] if row[0] == request]
@@ -333,7 +333,7 @@ class Physics:
         return lost
 
     def is_touched(self, variable: str) -> bool:
-        """Whether what is being done has to do with a variable or a number."""
+        """Whether an action under way reads or changes a variable or a number."""
         return any(
             variable in act.reads | act.writes | {*act.takes, *act.adds, *act.becomes}
             or variable in {*dict(act.least), *dict(act.most)}
@@ -341,7 +341,7 @@ class Physics:
         )
 
     def set(self, variable: str, value: str) -> None:
-        """Somebody changes a variable or a number, or says what it is."""
+        """Changes a variable or a number from outside, or makes it known."""
         self.lost.discard(variable)
         if variable in self.limits:
             self.levels[variable] = int(value)
@@ -352,7 +352,7 @@ class Physics:
         self.violations.append(text)
 
     def describe(self) -> str:
-        """Returns what there is, as text for people."""
+        """Returns the state of the world as readable text."""
         values = {**self.values, **self.levels, **dict.fromkeys(self.lost, "lost")}
         running = {actuator: action for actuator, (action, _) in self.running.items()}
         return f"{values}, blocked {[sorted(way) for way in self.blocked]}, {running}, {self.slots}"

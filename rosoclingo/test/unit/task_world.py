@@ -27,10 +27,10 @@ class Domain:
 
     Attributes:
         files: Its files.
-        requests: Beginnings of the requests that are asked for; each is possible.
-        news: Beginnings of messages by which somebody says that a fact has changed.
-        unknown: Beginnings of actions that may end in an unknown way.
-        full: Numbers that are said to be full when nothing else can be done, by beginnings.
+        requests: Prefixes of the requests that are asked for; each is possible.
+        news: Prefixes of messages which report that a fact has changed.
+        unknown: Prefixes of actions whose outcome may stay unknown.
+        full: Prefixes of numbers that a message refills when nothing else can be done.
         slots: For how many goals is planned.
     """
 
@@ -230,7 +230,7 @@ class TaskWorld(World):
         return False
 
     def _is_old(self, life: Life, variable: str) -> bool:
-        """Whether what was said last of a variable is of a step before."""
+        """Whether the last message about a variable belongs to an earlier step."""
         said, step = self._said.get(variable, (None, 0))
         return said is None or (life.elapsed > step if said is life else life.elapsed > 0)
 
@@ -240,7 +240,7 @@ class TaskWorld(World):
         life.cancel(life.known[key])
 
     def _news(self) -> List[Tuple[str, str, str]]:
-        """Returns messages by which something is said to have changed."""
+        """Returns the messages that may report a change now."""
         physics = self.physics
         found = [row for row in self._says if row[0].startswith(self._domain.news or ("\0",))]
         if "at(" in self._domain.news:

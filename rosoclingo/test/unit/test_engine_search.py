@@ -71,7 +71,7 @@ def test_a_plan_is_found_if_and_only_if_there_is_one(seed: int, drawn: Draw) -> 
 
 
 def test_requests_are_searched_for_one_by_one_if_all_take_long() -> None:
-    """Whether that meets all or only some of them, a search for all can follow."""
+    """A search for all requests can follow, whether all of them or only some were met."""
     number_whole = number_partial = 0
     for number, task in enumerate(solvable_tasks(2 * DRAWS, 2, 20)):
         search = Search(tuple(task), Countdown(10**6))

@@ -188,7 +188,7 @@ def _before(due: ScheduledInput, decision: int) -> ScheduledInput:
 
 
 def _early(due: ScheduledInput, decision: int) -> ScheduledInput:
-    """Reschedules a search for a better plan likewise."""
+    """Moves a search for a better plan before the decision to wait in which the loop was killed."""
     if due.decision != decision or due.kind is not ScheduledKind.SEARCH:
         return due
     ended = journal.from_text(due.text)

@@ -181,11 +181,11 @@ class TaskSearch:
         return ended
 
     def note_task(self, symbols: Sequence[str]) -> None:
-        """Takes note of the answer set that shows the task of a search."""
+        """Remembers the answer set of the current task, against which :meth:`check` validates."""
         self._symbols = symbols
 
     def check(self, symbols: Sequence[str]) -> None:
-        """Executes a plan of clingo's on the task, and warns if it is not possible.
+        """Validates a plan of clingo's by executing it on the task, and warns if it fails.
 
         Args:
             symbols: The answer set with the plan.
@@ -203,7 +203,7 @@ class TaskSearch:
             )
 
     def warn_of(self, error: Exception) -> None:
-        """Says why no process can be started."""
+        """Warns that the search process cannot be started."""
         self.warn(f"plans come from clingo alone, which may take much longer: {error}")
 
     @property

@@ -35,9 +35,9 @@ class Recorded:
             times: How long actions took, in seconds, by the numbers of their tokens; None in a new
                 run.
             knows_searches: Whether these are all searches whose outcome depends on time.
-            early: The decisions before which the searches for better plans are repeated that the
-                loop did in the wait after them, since it was killed in that wait; for each of the
-                searches, once.
+            early: The numbers of decisions to wait during which the loop was killed, once for each
+                search for a better plan in that wait. A replay repeats these searches before the
+                decision.
         """
         self.decision = -1
         self.knows_searches = knows_searches
@@ -68,7 +68,7 @@ class Recorded:
 
     @property
     def is_early_due(self) -> bool:
-        """Whether a search for a better plan is repeated now, before the next decision."""
+        """Whether the replay has to repeat a search for a better plan before the next decision."""
         return self._early[self.decision] > 0 and self.is_search_due(improves=True)
 
     def is_search_due(self, *, improves: bool) -> bool:
