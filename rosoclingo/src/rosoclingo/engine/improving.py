@@ -41,18 +41,20 @@ AIMS = ((True, True), (True, True), (True, False), (False, True), (False, False)
 class Improver:
     """Improves plans of a task. Used by one thread at a time."""
 
-    def __init__(self, task: tuple, stop, evaluations: int = 10**9) -> None:
+    def __init__(self, task: tuple, stop, evaluations: int = 10**9, search=None) -> None:
         """Prepares the search.
 
         Args:
             task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
             stop: Called without arguments, now and then; true ends the search.
             evaluations: How many states are looked at in all, about.
+            search: A search of the task that is not used any more, as it takes time to make one.
         """
         domains, _, limits, _, requests, actions = task[:6]
         self._stop = stop
         self._most = evaluations
-        self._search = Search(task, stop)
+        self._search = search or Search(task, stop)
+        self._search.reuse(stop)
         self._states = self._search.states
         self._table = Timetable(task)
         self._regression = Regression(task)

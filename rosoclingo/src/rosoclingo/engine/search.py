@@ -373,6 +373,15 @@ class Search:
             self.preferred_by_unmet,
         )
 
+    def reuse(self, stop) -> None:
+        """Prepares for other searches of the task, with a limit and a count of states of their own.
+
+        Args:
+            stop: As for a new object.
+        """
+        self.stop = stop
+        self.evaluations = 0
+
     @cython.cfunc
     @cython.exceptval(-1)
     def add_item(self, state: cython.int, action: cython.int) -> cython.int:

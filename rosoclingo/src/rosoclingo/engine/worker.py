@@ -77,6 +77,7 @@ def search(task: tuple, options: dict, parent: int) -> str:
 
     try:
         plan, most = options["plan"], options["improve_evaluations"]
+        first = None
         if plan is None:
             first = Search(task, Limit(parent, options["seconds"]))
             plan, is_whole = first.find_soon(options["moment"])
@@ -91,7 +92,7 @@ def search(task: tuple, options: dict, parent: int) -> str:
                 most = first.evaluations if first.evaluations <= options["moment"] else 0
         if options["improve_seconds"] > 0:
             limit = Limit(parent, options["improve_seconds"])
-            Improver(task, limit, most).improve(plan, write)
+            Improver(task, limit, most, first).improve(plan, write)
     except OutOfTimeError:
         return SearchEnd.OUT_OF_TIME
     except MemoryError:
