@@ -14,7 +14,7 @@ from test_replay_inbox import Session, replay, replay_alike
 
 from rosclingo.errors import ParameterError
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Assumed, Outcome
+from rosclingo.wire.commands import Assumed, Outcome, Result
 from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
@@ -208,6 +208,18 @@ HOSPITAL = [
 LINEN = [f"linen(ward_{ward},bags({bags}))" for ward in "abcd" for bags in (1, 2)]
 
 
+def hospital(system: Make, mode: str) -> Make:
+    """Makes systems that take first plans at once, with an inbox and options for the planner."""
+
+    def make(inbox: Inbox, *options: str) -> System:
+        name, steps = f"dynamic.incremental.{mode}", ("-c", "steps=400")
+        made = system(name, *steps, encoding=[*HOSPITAL, *options], inbox=inbox)
+        made.loop.state.planner.patience = AT_ONCE
+        return made
+
+    return make
+
+
 @pytest.mark.costly
 @pytest.mark.parametrize("how", [Ended.FOUND, Ended.LAYERED])
 @pytest.mark.parametrize("mode", MODES)
@@ -217,16 +229,60 @@ def test_searches_for_tasks_and_in_layers_are_kept_in_a_replay(
     if how is Ended.LAYERED:
         monkeypatch.setattr(TaskSearch, "find", lambda *_: None)  # as if it took long
 
-    def make(inbox: Inbox, *options: str) -> System:
-        name, steps = f"dynamic.incremental.{mode}", ("-c", "steps=400")
-        made = system(name, *steps, encoding=[*HOSPITAL, *options], inbox=inbox)
-        made.loop.state.planner.patience = AT_ONCE
-        return made
-
+    make = hospital(system, mode)
     recorded = record(make(Inbox()), 3, LINEN, "unlocked(isolation)", 3)
     assert how in {one.how for one in events(recorded, SearchEnded)}
     monkeypatch.setattr(TaskSearch, "find", lambda *_: pytest.fail("a replay searches"))
     replay_otherwise(make, recorded, 3, SearchEnded, PlanFound)
+
+
+class Prompt(Forwarding):
+    """A solver that finds nothing if a search has to end when it begins."""
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumed] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        *others: Any,
+    ) -> Outcome:
+        if stopped is not None and stopped():
+            return Outcome(Result.UNKNOWN, interrupted=True)
+        return super().solve(assumptions, stopped, *others)
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("how", [Ended.FOUND, Ended.LAYERED])
+def test_an_input_between_two_answer_sets_is_kept_in_a_replay(
+    system: Make, how: Ended, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the replay, it is there when the search for the first answer set begins."""
+    if how is Ended.LAYERED:
+        monkeypatch.setattr(TaskSearch, "find", lambda *_: None)
+    make = hospital(system, "recording")
+
+    def make_prompt(inbox: Inbox, *options: str) -> System:
+        made = make(inbox, *options)
+        made.loop.state.planner._solver = Prompt(made.loop.state.planner._solver)
+        return made
+
+    def note(ended: SearchEnded) -> None:
+        run.note(ended)
+        if len(run.goals) == 1:
+            run.goal("g1", LINEN[1])
+
+    first = make(Inbox())
+    first.loop.state.planner.note = note
+    run = Session(first, lambda *_: "success")
+    run.start()
+    run.goal("g0", LINEN[0])
+    run.goals["g0"].wait()
+    run.goals["g1"].wait()
+    run.inbox.put(MessageArrived("info", "unlocked(isolation)"))
+    run.wait_for(_rests)
+    recorded = list(run.entries)
+    ended = [(one.how, one.round) for one in events(recorded, SearchEnded)]
+    assert ended[:3] == [(how, 0), (Ended.CALLED, 1), (how, 0)]
+    replay_otherwise(make_prompt, recorded, 0, SearchEnded, PlanFound)
 
 
 @pytest.mark.costly
@@ -267,12 +323,7 @@ def test_searches_for_what_was_not_planned_in_time_are_kept_in_a_replay(
     monkeypatch.setattr(layers._OneByOne, "is_over", lambda search, begin: True)
     monkeypatch.setattr(layers, "_AT_ONCE_SECONDS", 0.0)
 
-    def make(inbox: Inbox, *options: str) -> System:
-        name, steps = f"dynamic.incremental.{mode}", ("-c", "steps=400")
-        made = system(name, *steps, encoding=[*HOSPITAL, *options], inbox=inbox)
-        made.loop.state.planner.patience = AT_ONCE
-        return made
-
+    make = hospital(system, mode)
     recorded = record(make(Inbox()), 3, LINEN, "unlocked(isolation)", 3)
     ended = events(recorded, SearchEnded)
     assert any(one.missing for one in ended if one.how is Ended.LAYERED)

@@ -316,13 +316,19 @@ class State(Progress):
         return self._fail(one, answer)
 
     def interrupted(self) -> bool:
-        """Whether an input has to end the search; gives feedback now and then that it runs."""
+        """Whether an input has to end the search; gives feedback now and then that it runs.
+
+        In a replay, all inputs of a command have come before it begins: they end no search before
+        the recorded outcomes of the command have been taken.
+        """
         self.waiting.tell_progress(self.horizon, self.planner.last_horizon)
         self.watchdog.look()
         self.mail.take(controls=False)  # the planner cannot be asked
         self.poll()
         self.mail.tell_waiting()
-        return self.mail.inbox.closed or self.mail.has_news
+        inbox = self.mail.inbox
+        is_due = inbox.recorded.is_search_due(improves=False)
+        return inbox.closed or (self.mail.has_news and not is_due)
 
     def finish(self, reason: str) -> None:
         """Ends the work: goals that are open or still to come are told why."""

@@ -315,7 +315,7 @@ class Planner(PlannerState):
         Raises:
             PlannerError: The encoding asks for what there is not.
         """
-        if stopped() and not self.recorded.is_search_due(improves=False):
+        if stopped():
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
         if not self.demand:
             outcome = self._search_plain(step, horizon, stopped, looks_ahead)

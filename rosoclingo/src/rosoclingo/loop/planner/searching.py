@@ -116,8 +116,7 @@ class Searching:
         best: Optional[Incumbent] = None
         for number in range(rounds, _MOST_ROUNDS):
             called = self.recorded.search_due(Ended.CALLED, number=number)
-            is_stopped = stopped() and not self.recorded.is_search_due(improves=False)
-            if called or is_stopped:  # while it was grounded
+            if called or stopped():  # while it was grounded
                 return self._be_called(number, is_recorded=called is not None), quality
             outcome, found = self._solve(
                 stopped, number, compares=compares and not (number or has_layers), best=best
