@@ -7,7 +7,6 @@ draws 100.
 
 from __future__ import annotations
 
-import importlib.util
 import random
 import re
 from collections import Counter
@@ -16,23 +15,17 @@ from typing import Iterator, List, Optional, Tuple
 
 import pytest
 from derived_tasks import DerivedTask, shortest_plan
-from downward_versions import VERSIONS, use_version
+from downward_versions import NEEDS_DOWNWARD, VERSIONS, use_version
 from draws import draws
+from pddl_judge import judged
 from pddl_tasks import TASKS
 from test_imported import ImportedWorld
-from test_numeric_tasks import judged
 
 from rosoclingo.loop.words import SOLVER
 from rosoclingo.pddl.expressions import PddlError
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files
 
-pytestmark = [
-    pytest.mark.costly,
-    pytest.mark.skipif(
-        importlib.util.find_spec("up_fast_downward") is None,
-        reason="Fast Downward is not installed: scripts/setup --test",
-    ),
-]
+pytestmark = [pytest.mark.costly, NEEDS_DOWNWARD]
 SEEDS = draws(list(range(12)), 100, "TASKS")
 _NEVER = re.compile(
     r".*problem\.pddl:\d+: the goal (can never be met, whatever is done|is met whatever is done)"

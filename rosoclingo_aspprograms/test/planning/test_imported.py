@@ -5,7 +5,6 @@ EPISODES=100 in the environment runs so many, FULL=1 runs 20.
 
 from __future__ import annotations
 
-import importlib.util
 import random
 import subprocess
 import sys
@@ -15,6 +14,7 @@ from typing import Dict, List, Tuple
 
 import clingo
 import pytest
+from downward_versions import NEEDS_DOWNWARD
 from draws import draws
 from episode import DYN_RESET
 
@@ -27,10 +27,7 @@ from rosoclingo.loop.words import SOLVER
 from rosoclingo.pddl.expressions import PddlError
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files
 
-pytestmark = pytest.mark.skipif(
-    importlib.util.find_spec("up_fast_downward") is None,
-    reason="Fast Downward is not installed: scripts/setup --test",
-)
+pytestmark = NEEDS_DOWNWARD
 DOMAIN = Path(EXAMPLES, "pddl", "delivery.pddl")
 PROBLEM = Path(EXAMPLES, "pddl", "delivery_problem.pddl")
 SEEDS = draws(list(range(3)), 100, "EPISODES")

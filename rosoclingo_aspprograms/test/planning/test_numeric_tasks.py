@@ -6,15 +6,16 @@ draws so many, FULL=1 draws 100.
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from collections import Counter
 from pathlib import Path
-from typing import Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Dict, Iterator, Tuple
 
 import pytest
+from downward_versions import NEEDS_DOWNWARD
 from draws import draws
 from numeric_tasks import LIMITS, NumericTask
+from pddl_judge import judged
 from test_imported import ImportedWorld
 
 from rosoclingo.loop.planner import layers, planner
@@ -22,13 +23,7 @@ from rosoclingo.loop.words import SOLVER
 from rosoclingo.pddl.expressions import PddlError
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files
 
-pytestmark = [
-    pytest.mark.costly,
-    pytest.mark.skipif(
-        importlib.util.find_spec("up_fast_downward") is None,
-        reason="Fast Downward is not installed: scripts/setup --test",
-    ),
-]
+pytestmark = [pytest.mark.costly, NEEDS_DOWNWARD]
 SEEDS = draws(list(range(12)), 100, "TASKS")
 OPTIONS = ImportOptions(slots=1, limits=LIMITS)
 _NEVER = re.compile(
@@ -56,29 +51,6 @@ def _imported(domain: Path, problem: Path) -> Tuple[Dict[str, str], str]:
         return import_task(domain, problem, OPTIONS), ""
     except PddlError as err:
         return {}, str(err)
-
-
-def judged(domain: Path, problem: Path, plan: Sequence[str], lasts: Optional[int]) -> bool:
-    """Returns whether unified-planning finds a plan valid.
-
-    Args:
-        domain: The file of the domain.
-        problem: The file of the problem.
-        plan: Its steps in PDDL's words, one after another.
-        lasts: How long each takes; None if actions have no duration.
-    """
-    up = pytest.importorskip("unified_planning", reason="scripts/setup --bench installs it")
-    from unified_planning.io import PDDLReader  # noqa: PLC0415 (it takes a second)
-
-    up.shortcuts = importlib.import_module("unified_planning.shortcuts")
-    up.shortcuts.get_environment().credits_stream = None
-    task = PDDLReader().parse_problem(str(domain), str(problem))
-    steps: List[str] = [f"({step})" for step in plan]
-    if lasts is not None:
-        steps = [f"{number * (lasts + 1)}.0: {s} [{lasts}.0]" for number, s in enumerate(steps)]
-    parsed = PDDLReader().parse_plan_string(task, "\n".join(steps))
-    with up.shortcuts.PlanValidator(problem_kind=task.kind, plan_kind=parsed.kind) as validator:
-        return bool(validator.validate(task, parsed))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
