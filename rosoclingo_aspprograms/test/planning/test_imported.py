@@ -301,3 +301,17 @@ def test_the_command_writes_what_plan_py_reads(tmp_path: Path) -> None:
     again = subprocess.run(bad, capture_output=True, text=True, check=False)
     assert again.returncode == 2
     assert "there are battery, distance, load" in again.stderr
+
+
+LIBRARY = Path(__file__).parents[2] / "lib"
+
+
+@pytest.mark.parametrize("file", [each.stem for each in sorted(LIBRARY.glob("*.lp"))])
+def test_files_of_the_library_are_not_shadowed(file: str, tmp_path: Path) -> None:
+    refused = rf"{file}\.lp is the name of a file of the library.* by --name"
+    with pytest.raises(PddlError, match=refused):
+        import_task(DOMAIN, PROBLEM, ImportOptions(name=file))
+    domain = tmp_path / "domain.pddl"
+    domain.write_text(DOMAIN.read_text().replace("(domain delivery)", f"(domain {file})"))
+    with pytest.raises(PddlError, match=refused):
+        import_task(domain, PROBLEM, OPTIONS)

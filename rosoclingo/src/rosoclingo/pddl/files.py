@@ -19,7 +19,7 @@ from rosoclingo.pddl.numbers import Numbers
 from rosoclingo.pddl.translator import translate
 
 _MARK = "made by pddl.py"
-_LIBRARY = Path("rosoclingo_aspprograms") / "lib" / "actions.lp"
+_LIBRARY = Path("rosoclingo_aspprograms", "lib", "actions.lp")
 _TERM = re.compile(r"_*[a-z][A-Za-z0-9_]*", re.ASCII)
 
 
@@ -63,9 +63,12 @@ def import_task(domain_file: Path, problem_file: Path, options: ImportOptions) -
     """Returns the texts of the files of a task, by their names.
 
     Raises:
-        PddlError: The task is not understood, or an option is wrong; the message says where.
+        PddlError: The task is not understood, or an option is wrong; the message says where. Or the
+            files would be called as those of the library.
     """
     domain, problem = read_task(domain_file, problem_file, options.changing)
+    name = options.name or Identifiers([domain.name]).term(domain.name)
+    _refuse_names_of_library(f"{name}.lp", f"{name}_instance.lp")
     check_declarations(domain, problem)
     if not _TERM.fullmatch(options.actuator):
         raise PddlError(f"--actuator {options.actuator}: this is no name, such as robot")
@@ -76,7 +79,6 @@ def import_task(domain_file: Path, problem_file: Path, options: ImportOptions) -
     task = translate(domain, problem, [each.lower() for each in options.changing])
     numbers = Numbers(domain, problem, options.limits)
     encoder = Encoder(task, domain, numbers, names, actuators)
-    name = options.name or Identifiers([domain.name]).term(domain.name)
     actions = encoder.actions()
     made = f"{_MARK} of {domain_file.name} and {problem_file.name}"
     encoding = [
@@ -109,7 +111,7 @@ def write_files(texts: Dict[str, str], folder: Path) -> List[Path]:
         Their paths.
 
     Raises:
-        PddlError: The folder cannot be written to, or somebody else has written such a file.
+        PddlError: The folder cannot be written to, or has such a file that pddl.py has not written.
     """
     paths = {folder / name: text for name, text in texts.items()}
     for path in paths:
@@ -133,8 +135,27 @@ def _first_line(path: Path) -> str:
         raise PddlError(f"cannot read {path}: {err.strerror}") from err
 
 
+def _installed() -> Path:
+    """Returns where the library is, if it is installed."""
+    return shared().parent / _LIBRARY
+
+
+def _refuse_names_of_library(*files: str) -> None:
+    """Refuses names of the library's files: an include finds those in the working directory first.
+
+    Raises:
+        PddlError: One is such a name.
+    """
+    for file in files:
+        if (_installed().parent / file).is_file():
+            raise PddlError(
+                f"{file} is the name of a file of the library, which would include the encoding in "
+                "its place: choose another name by --name"
+            )
+
+
 def _library() -> Path:
-    library = shared().parent / _LIBRARY
+    library = _installed()
     if not library.is_file():
         raise PddlError(f"there is no {library}: say by --library where actions.lp of "
                         "rosoclingo_aspprograms is")  # fmt: skip
@@ -164,6 +185,6 @@ def _examples(instance: str, encoder: Encoder, actuators: Actuators, made: str) 
     return [
         *lines,
         "",
-        "# Nobody wants it any more.",
+        "# The goal is canceled before anything is done.",
         f"{goal} --at 0 cancel:1 => 0 steps, canceled",
     ]
