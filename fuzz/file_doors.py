@@ -20,7 +20,6 @@ from rosoclingo.launched.about import Launched
 from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.conditions import compile_conditions
 from rosoclingo.pddl.declarations import check_declarations
-from rosoclingo.pddl.domain import read_domain, read_problem
 from rosoclingo.pddl.expressions import PddlError, parse
 from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Numbers
@@ -121,8 +120,7 @@ class PddlDoor(Door):
         """Reads both, as far as no other program is needed."""
         texts = data.decode("utf-8", "replace").split(_BETWEEN.decode(), 1)
         forms = parse(texts[0], "domain.pddl"), parse((*texts, "")[1], "problem.pddl")
-        compiled = compile_conditions(*forms)
-        domain, problem = read_domain(compiled[0]), read_problem(compiled[1])
+        domain, problem = compile_conditions(*forms)
         check_declarations(domain, problem)
         names = Identifiers.of(domain.form, problem.form)
         Actuators(domain, problem, names, ["robot"] if len(data) % 2 else [], "robot")

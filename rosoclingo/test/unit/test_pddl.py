@@ -504,8 +504,7 @@ ADL_PROBLEM = """(define (problem p) (:domain adl) (:objects r1 - robot b1 b2 - 
 
 def _compiled(needed: str, goal: str = "(done)") -> Tuple[Domain, Problem]:
     forms = parse(ADL.format(needed=needed), "d"), parse(ADL_PROBLEM.format(goal=goal), "p")
-    domain, problem = compile_conditions(*forms)
-    return read_domain(domain), read_problem(problem)
+    return compile_conditions(*forms)
 
 
 @pytest.mark.parametrize(
@@ -549,8 +548,7 @@ def _check_lights(old: str = "", new: str = "") -> Domain:
         parse(text.replace(old, new) if old else text, name)
         for text, name in ((LIGHTS, "d"), (LIGHTS_PROBLEM, "p"))
     ]
-    domain_form, problem_form = compile_conditions(*forms)
-    domain, problem = read_domain(domain_form), read_problem(problem_form)
+    domain, problem = compile_conditions(*forms)
     check_declarations(domain, problem)
     return domain
 
@@ -638,8 +636,7 @@ DENIED_PROBLEM = """(define (problem p) (:domain denied) (:objects a b c)
 def test_what_is_denied_is_in_its_place(version: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A goal that denies one of several values ended the translator."""
     use_version(monkeypatch, version)
-    domain, problem = compile_conditions(parse(DENIED, "d"), parse(DENIED_PROBLEM, "p"))
-    task = translate(read_domain(domain), read_problem(problem))
+    task = translate(*compile_conditions(parse(DENIED, "d"), parse(DENIED_PROBLEM, "p")))
     by_name = {one.name: one for one in task.operators}
     assert sorted(name for name in by_name if name.startswith("go")) == [
         f"go {a} {b}" for a in "abc" for b in "abc" if a != b
@@ -655,8 +652,9 @@ def test_what_is_denied_is_in_its_place(version: str, monkeypatch: pytest.Monkey
 
 def test_an_action_without_parameters_gets_those_that_exist() -> None:
     domain = ADL.format(needed="(exists (?b - box) (on ?b))")
-    forms = parse(domain.replace(" :parameters (?r - robot)", ""), "d"), parse(ADL_PROBLEM, "p")
-    act = read_domain(compile_conditions(*forms)[0]).actions[0]
+    problem = ADL_PROBLEM.format(goal="(done)")
+    forms = parse(domain.replace(" :parameters (?r - robot)", ""), "d"), parse(problem, "p")
+    act = compile_conditions(*forms)[0].actions[0]
     assert (act.parameters, act.types) == (("?b-1",), ("box",))
 
 
@@ -677,6 +675,16 @@ def test_alternatives_of_a_goal_are_derived() -> None:
     _, problem = _compiled("(done)", "(and (forall (?b - box) (on ?b)) (not (>= (load) 4)))")
     assert problem.goal.text == "(and (on b1) (on b2))"
     assert [each.text for each in problem.comparisons] == ["(< (load) 4)"]
+
+
+@pytest.mark.costly
+def test_a_predicate_of_the_domain_may_be_called_as_those_that_are_made() -> None:
+    """It is not left out, though neither the goal nor an action reads it."""
+    lights = LIGHTS.replace("(not (all))", "()").replace("(over all (all))", "()")
+    lights = lights.replace("(all)", "(all-if-1)")
+    problem = LIGHTS_PROBLEM.replace("(not (all))", "")
+    task = translate(*compile_conditions(parse(lights, "d"), parse(problem, "p")))
+    assert ("Atom all-if-1()", "NegatedAtom all-if-1()") in task.variables
 
 
 @pytest.mark.costly
@@ -706,7 +714,7 @@ def test_what_an_effect_reads_it_does_not_change() -> None:
     reads = ADL.replace(":effect (and (on ?t)", ":effect (and (when (red ?t) (on ?t))")
     problem = ADL_PROBLEM.format(goal="(forall (?b - box) (imply (red ?b) (on ?b)))")
     _, compiled = compile_conditions(parse(reads.format(needed="(done)"), "d"), parse(problem, "p"))
-    assert read_problem(compiled).goal.text == "(and (on b1))"
+    assert compiled.goal.text == "(and (on b1))"
 
 
 def test_a_constant_is_no_object_once_more() -> None:

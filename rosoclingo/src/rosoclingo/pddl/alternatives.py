@@ -23,10 +23,7 @@ from rosoclingo.pddl.typed import typed_list
 MOST_ALTERNATIVES = 200
 """Of one condition, before its parts become derived predicates."""
 
-MADE = ("-if-", "-unless-")
-"""In the names of derived predicates that are made: for alternatives, and for what is denied."""
-
-_OR, _DENYING = MADE
+_OR, _DENYING = "-if-", "-unless-"  # in names of derived predicates, after the owner's
 _MOST_SIZE = 10_000  # of a conjunction of alternatives
 _MOST_COMPARED = 2000  # alternatives, to leave out those that need more than another one
 _MOST_RULES = 20_000  # of one predicate
@@ -44,7 +41,8 @@ class Alternatives:
     """Finds the alternatives of conditions.
 
     Attributes:
-        rules: The derived predicates that it has made, each with its rules.
+        made: The names of the derived predicates that it has made.
+        rules: Their rules.
         scope: The types of the variables that are free in the condition in hand.
         owner: The action or predicate whose condition that is.
     """
@@ -75,8 +73,9 @@ class Alternatives:
         self._facts = facts
         self._names = names
         self._fresh = itertools.count(1)
-        self._made: Dict[Tuple[str, ...], str] = {}  # predicates, by what they are derived from
+        self._shared: Dict[Tuple[str, ...], str] = {}  # made predicates, by their alternatives
         self._fixed = {"=", *static, *derived}  # what can be denied simply
+        self.made: Set[str] = set()
         self.rules: List[ListForm] = []
         self.scope: Dict[str, str] = {}
         self.owner = ""
@@ -189,9 +188,10 @@ class Alternatives:
         )
         typed = [text for each in free for text in (each, "-", self.scope.get(each, "object"))]
         key = (*typed, *sorted(_anonymous(each) for each in found))
-        name = self._made.get(key)
+        name = self._shared.get(key)
         if name is None:
-            name = self._made[key] = self.new_name(f"{self.owner}{verb}")
+            name = self._shared[key] = self.new_name(f"{self.owner}{verb}")
+            self.made.add(name)
             self._fixed.add(name)
             self.rules += [rule(list_form(place, name, *typed), each) for each in found]
         return [((), (list_form(place, name, *free),))]

@@ -15,7 +15,18 @@ predicates, and a derived predicate gets one rule for each alternative.
 from __future__ import annotations
 
 import math
-from typing import Callable, Collection, Dict, Iterator, List, Mapping, Sequence, Set, Tuple
+from typing import (
+    AbstractSet,
+    Callable,
+    Collection,
+    Dict,
+    Iterator,
+    List,
+    Mapping,
+    Sequence,
+    Set,
+    Tuple,
+)
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.alternatives import (
@@ -29,6 +40,7 @@ from rosoclingo.pddl.alternatives import (
     one_type_each,
     rule,
 )
+from rosoclingo.pddl.domain import Domain, Problem, read_domain, read_problem
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word, list_form
 from rosoclingo.pddl.rules import rule_parts
 from rosoclingo.pddl.support import DERIVED, PddlPart, is_comparison
@@ -42,7 +54,7 @@ _MOST_DENIALS_OF_EFFECTS = 2
 
 def compile_conditions(
     domain: ListForm, problem: ListForm, changing: Collection[str] = ()
-) -> Tuple[ListForm, ListForm]:
+) -> Tuple[Domain, Problem]:
     """Returns a task whose conditions and goal are conjunctions of literals.
 
     Args:
@@ -51,13 +63,15 @@ def compile_conditions(
         changing: Predicates whose facts may change though no action changes them.
 
     Raises:
-        PddlError: A condition is malformed, or has far too many alternatives.
+        PddlError: The task is not understood, or a condition has far too many alternatives.
     """
     compiler = _Compiler(domain, problem, changing)
     actions = [new for part in domain.parts for new in compiler.section(part)]
     goals = [compiler.goal(part) for part in problem.parts]
-    return compiler.declared(list_form(domain.place, *actions)), compiler.stated(
-        list_form(problem.place, *goals)
+    compiled = compiler.declared(list_form(domain.place, *actions))
+    return (
+        read_domain(compiled, compiler.made),
+        read_problem(compiler.stated(list_form(problem.place, *goals))),
     )
 
 
@@ -89,6 +103,11 @@ class _Compiler:
         self._eithers: Dict[str, Tuple[str, ...]] = {}
 
     # -- sections ---------------------------------------------------------------------------------
+
+    @property
+    def made(self) -> AbstractSet[str]:
+        """The derived predicates that stand for parts of conditions."""
+        return self._conditions.made
 
     def section(self, part: PddlPart) -> Iterator[PddlPart]:
         """Yields the sections of the domain that replace one."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Dict, Iterable, Mapping, Set
 
 from rosclingo.errors import shorten
-from rosoclingo.pddl.alternatives import MADE
 from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
 from rosoclingo.pddl.support import CHANGES, COMPARISONS, changed_atoms, is_comparison
@@ -68,6 +67,7 @@ class _Checker:
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
         self._counts: Dict[str, int] = {}
+        self._made = domain.made
         for section in domain.form.lists(":functions"):
             _refuse_object_fluents(section)
         for section in domain.form.lists(":predicates", ":functions"):
@@ -114,9 +114,8 @@ class _Checker:
     def _check_atom(self, form: ListForm) -> None:
         count = self._counts.get(form.head)
         if count is None:
-            declared = [name for name in self._counts if not any(each in name for each in MADE)]
             raise PddlError(f"{form.place}: {shorten(form.head)} is not declared: "
-                            f"{_known(declared)}")  # fmt: skip
+                            f"{_known(self._counts.keys() - self._made)}")  # fmt: skip
         found = len(form.parts) - 1
         if found != count:
             raise PddlError(f"{form.place}: {shorten(form.text)} has {found} objects: "

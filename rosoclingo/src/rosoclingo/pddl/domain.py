@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
-from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
+from typing import AbstractSet, Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word, list_form
@@ -84,7 +84,8 @@ class Domain:
         constants: Objects of the domain, with their types.
         actions: Its actions.
         rules: The rules of its derived predicates.
-        tests: What these rules ask of numbers.
+        tests: The comparisons of numbers in these rules.
+        made: The derived predicates that the compiler made for parts of conditions.
     """
 
     form: ListForm
@@ -94,6 +95,7 @@ class Domain:
     actions: Tuple[ActionSchema, ...]
     rules: Tuple[DerivedRule, ...] = ()
     tests: Tuple[NumberTest, ...] = ()
+    made: AbstractSet[str] = frozenset()
 
     def is_kind_of(self, kind: str, wanted: str) -> bool:
         """Returns whether a type is another one, or a kind of it."""
@@ -133,8 +135,12 @@ class Problem:
         return self.places.get(f"({' '.join(name)})", self.form.place)
 
 
-def read_domain(form: ListForm) -> Domain:
+def read_domain(form: ListForm, made: AbstractSet[str] = frozenset()) -> Domain:
     """Returns the domain of a file.
+
+    Args:
+        form: All of it.
+        made: The derived predicates that the compiler made for parts of conditions.
 
     Raises:
         PddlError: Something in it is not understood; the message says where.
@@ -149,7 +155,7 @@ def read_domain(form: ListForm) -> Domain:
     _refuse_required_concurrency(actions, depends)
     types = typed_list(found[":types"].parts[1:], may_repeat=True) if ":types" in found else {}
     constants = typed_list(found[":constants"].parts[1:]) if ":constants" in found else {}
-    return Domain(form, _name(found["domain"]), types, constants, actions, rules, tests)
+    return Domain(form, _name(found["domain"]), types, constants, actions, rules, tests, made)
 
 
 def read_problem(form: ListForm) -> Problem:

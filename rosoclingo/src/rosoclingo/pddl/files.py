@@ -11,7 +11,7 @@ from rosoclingo.desk.shared import shared
 from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.conditions import compile_conditions
 from rosoclingo.pddl.declarations import check_declarations
-from rosoclingo.pddl.domain import Domain, Problem, read_domain, read_problem
+from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.encoding import GOAL, Encoder
 from rosoclingo.pddl.expressions import PddlError, read_file
 from rosoclingo.pddl.names import Identifiers
@@ -55,8 +55,7 @@ def read_task(
         PddlError: The task is not understood; the message says where.
     """
     forms = read_file(domain_file), read_file(problem_file)
-    domain, problem = compile_conditions(*forms, [each.lower() for each in changing])
-    return read_domain(domain), read_problem(problem)
+    return compile_conditions(*forms, [each.lower() for each in changing])
 
 
 def import_task(domain_file: Path, problem_file: Path, options: ImportOptions) -> Dict[str, str]:

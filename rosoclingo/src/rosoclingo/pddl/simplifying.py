@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections import Counter
 from typing import Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
-from rosoclingo.pddl.alternatives import MADE
 from rosoclingo.pddl.sas import Assignment, SasEffect, SasOperator, SasRule, TranslatedTask
 from rosoclingo.pddl.variables import read_atom
 
 
-def simplify(task: TranslatedTask, tests: Collection[str]) -> TranslatedTask:
+def simplify(task: TranslatedTask, made: Collection[str], tests: Collection[str]) -> TranslatedTask:
     """Returns a task in which rules have tests of numbers, and conditions the facts themselves.
 
     Args:
         task: The task. An atom that stands for a test is a variable of its own.
-        tests: The predicates of these atoms.
+        made: The derived predicates that stand for parts of conditions.
+        tests: The predicates of atoms that stand for tests.
     """
     named = {v: _predicate(values) for v, values in enumerate(task.variables)}
-    made = {v for v in task.strata if any(each in named[v] for each in MADE)}
-    task = _Inliner(task, made).inlined()
+    inlined = {v for v in task.strata if named[v] in made}
+    task = _Inliner(task, inlined).inlined()
     used = {v for v, _ in task.goal}
     for operator in task.operators:
         used.update(v for v, _ in operator.preconditions)
@@ -28,9 +28,9 @@ def simplify(task: TranslatedTask, tests: Collection[str]) -> TranslatedTask:
     while len(used) > size:
         size = len(used)
         for rule in task.rules:
-            if rule.variable in used or rule.variable not in made:
+            if rule.variable in used or rule.variable not in inlined:
                 used.update(v for v, _ in rule.conditions)
-    gone = made - used
+    gone = inlined - used
     return _without(task, gone, {v for v, name in named.items() if name in tests})
 
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Collection, List
 
 from rosclingo.errors import shorten
-from rosoclingo.pddl.alternatives import MADE
 from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.downward import (
     DOWNWARD_PACKAGE,
@@ -101,7 +100,7 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
         task = parse_sas(output.read_text(encoding="utf-8"))
     operators = tuple(one for one in task.operators if not one.name.startswith(_CHANGES))
     task = replace(task, operators=operators)
-    return simplify(task, {_MET, _ASKED, *(test.name for test in domain.tests)})
+    return simplify(task, domain.made, {_MET, _ASKED, *(test.name for test in domain.tests)})
 
 
 def _sections(form: ListForm, *names: str) -> List[str]:
@@ -134,7 +133,7 @@ def _domain_text(
             f"(:action {_CHANGES}{name} :parameters ({typed}) :precondition (and) "
             f":effect ({' '.join([name, *of_test])}))"
         )
-    requestable = [rule for rule in domain.rules if not any(e in rule.head.head for e in MADE)]
+    requestable = [rule for rule in domain.rules if rule.head.head not in domain.made]
     if requestable:
         first, *_ = predicates
         predicates = [f"{first[:-1]} ({_ASKED}))"]
