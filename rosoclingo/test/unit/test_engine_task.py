@@ -6,6 +6,7 @@ from typing import List
 
 import pytest
 
+from rosoclingo.engine.flattening import flatten
 from rosoclingo.engine.reading import TaskReader, plan_rows
 from rosoclingo.engine.rest import rest_of_plan
 from rosoclingo.engine.task import Kind, PlanningTask
@@ -208,6 +209,16 @@ def test_values_are_derived_after_each_action(heat: int, dry: str) -> None:
     assert task.derivation.basis("dry") == {"tap", "heat"}
     assert task.derivation.strata == {"wet": 0, "damp": 0, "dry": 1}
     assert "dry is yes if damp = no and heat >= 2 and heat <= 3" in task.lines()
+
+
+def test_rules_are_numbered_in_the_order_of_the_encoding() -> None:
+    """Their order was that of a set of names, so a replay could find another plan."""
+    reader = TaskReader()
+    reader.read_facts(TAP)
+    now = ['task_is(tap,"|",shut)', 'task_is(heat,"|",2)', 'task_limit(heat,"|",5)']
+    task = reader.read([*now, 'task_wish(1,"|",dry,"|",yes)'])
+    needs = [len(values) + len(levels) for values, levels, _, _ in flatten(task).rules]
+    assert needs == [1, 1, 1, 3]
 
 
 def test_what_ends_a_derived_value_helps() -> None:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass, field
-from typing import DefaultDict, Dict, FrozenSet, Iterator, List, Mapping, Sequence, Set, Tuple
+from typing import DefaultDict, Dict, FrozenSet, Iterable, List, Mapping, Sequence, Set, Tuple
 
 YES, NO = "yes", "no"
-"""The values of a derived variable: a rule has derived it, or none has."""
+"""The values of a derived variable: some rule applies, or none does."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule by which a derived variable has the value yes.
+    """An axiom: conditions under which a derived variable has the value yes.
 
     Attributes:
-        variable: The variable.
+        variable: The derived variable.
         needs: Values that variables must have.
-        bounds: For a number, the least and the largest level; one of them says nothing.
+        bounds: For a number, the least and the largest level, of which one is no restriction.
     """
 
     variable: str
@@ -35,13 +35,13 @@ class Rule:
 
 @dataclass(frozen=True)
 class Derivation:
-    """All derived variables of a task. Immutable.
+    """The derived variables of a task, with their rules. Immutable.
 
     Attributes:
-        variables: They.
+        variables: The names of the derived variables.
         rules: Their rules.
-        strata: Of each one, how many others have to be derived before, at most, one after another.
-            Those in the same stratum do not depend on each other, unless they do so in a circle.
+        strata: The stratum of each derived variable, from 0 on: variables that depend on each other
+            in a circle share one, and all others on which a variable depends have lower ones.
     """
 
     variables: Sequence[str] = ()
@@ -67,10 +67,10 @@ class Derivation:
     _bases: Dict[str, FrozenSet[str]] = field(init=False, repr=False, compare=False)
 
     def derive(self, values: Dict[str, str], levels: Mapping[str, int]) -> None:
-        """Gives all derived variables their values.
+        """Sets the derived variables in a state, stratum by stratum.
 
         Args:
-            values: The values of variables, which it changes.
+            values: The values of all variables; those of derived ones are replaced.
             levels: The levels of numbers.
         """
         if not self.strata:
@@ -97,43 +97,30 @@ class Derivation:
                         new.append((self.rules[index].variable, YES))
             new = [(v, NO) for v, s in self.strata.items() if s == stratum and values[v] == NO]
 
-    def basis(self, name: str) -> FrozenSet[str]:
-        """Returns the variables and numbers on which a variable rests: itself if not derived."""
-        if name not in self.strata:
-            return frozenset((name,))
-        if name not in self._bases:
-            seen = {name}
-            new = [name]
-            while new:
-                for other in self._around.get(new.pop(), ()):
-                    if other not in seen:
-                        seen.add(other)
-                        new.append(other)
-            self._bases[name] = frozenset(seen - self.strata.keys())
-        return self._bases[name]
-
-    def needed(self, names: Set[str]) -> Iterator[Rule]:
-        """Yields the rules that matter to some variables; adds to these what the rules read."""
-        by_variable: DefaultDict[str, List[Rule]] = defaultdict(list)
-        for rule in self.rules:
-            by_variable[rule.variable].append(rule)
-        new = [name for name in names if name in self.strata]
+    def closure(self, names: Iterable[str]) -> Set[str]:
+        """Returns names with those of all variables and numbers that their rules read."""
+        found = set(names)
+        new = list(found)
         while new:
-            for rule in by_variable[new.pop()]:
-                yield rule
-                for name, _ in rule.needs:
-                    if name not in names:
-                        names.add(name)
-                        if name in self.strata:
-                            new.append(name)
+            for other in self._around.get(new.pop(), ()):
+                if other not in found:
+                    found.add(other)
+                    new.append(other)
+        return found
+
+    def basis(self, name: str) -> FrozenSet[str]:
+        """Returns the variables and numbers that determine a variable: itself if not derived."""
+        if name not in self._bases:
+            self._bases[name] = frozenset(self.closure([name]) - self.strata.keys())
+        return self._bases[name]
 
 
 def _in_order(variables: Sequence[str], around: Mapping[str, Set[str]]) -> Dict[str, int]:
     """Returns the strata of derived variables, by Tarjan's algorithm.
 
     Args:
-        variables: They.
-        around: What the rules of each one read.
+        variables: The derived variables.
+        around: For each one, the variables and numbers that its rules read.
     """
     derived = dict.fromkeys(variables)
     strata: Dict[str, int] = {}
@@ -173,4 +160,4 @@ def _in_order(variables: Sequence[str], around: Mapping[str, Set[str]]) -> Dict[
 
 
 UNDERIVED = Derivation()
-"""That of a task without derived variables."""
+"""For tasks without derived variables."""

@@ -49,14 +49,14 @@ class _Flattener:
                     self._read.update([variable for variable, _ in change.conditions])
         for request in task.requests.values():
             self._read.update([variable for variable, _ in request.values])
-        self._rules = [*task.derivation.needed(self._read)]
+        self._read = task.derivation.closure(self._read)
         self._actuators: DefaultDict[str, int] = defaultdict(lambda: len(self._actuators))
 
     def flat(self) -> FlatTask:
         task, facts = self._task, self._facts
         actions = [self._action(action) for action in task.actions]
         requests = [self._request(request) for request in task.requests.values()]
-        rules = [self._rule(rule) for rule in self._rules]
+        rules = [self._rule(rule) for rule in task.derivation.rules if rule.variable in self._read]
         strata = self._strata()
         # A variable that has no value, or one that nothing asks for, has a value of its own.
         initial = [facts[name, task.state.values.get(name, "")][1] for name in facts.variables]
