@@ -17,8 +17,8 @@ from typing import AbstractSet, Dict, FrozenSet, Iterator, List, Mapping, Sequen
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word, list_form
-from rosoclingo.pddl.support import CHANGES, PddlPart, is_comparison
-from rosoclingo.pddl.typed import typed_list
+from rosoclingo.pddl.support import formulas, is_comparison, quantified
+from rosoclingo.pddl.typed import kinds_of, one_type_each, typed_list
 
 MOST_ALTERNATIVES = 200
 """Of one condition, before its parts become derived predicates."""
@@ -183,8 +183,8 @@ class Alternatives:
             word
             for _, literals in found
             for literal in literals
-            for word in _variables(literal)
-            if word not in bound
+            for word in literal.words()
+            if word.startswith("?") and word not in bound
         )
         typed = [text for each in free for text in (each, "-", self.scope.get(each, "object"))]
         key = (*typed, *sorted(_anonymous(each) for each in found))
@@ -244,15 +244,13 @@ class Alternatives:
                 yield {**objects, **dict(zip(types, chosen))}
 
     def objects_of(self, kinds: Sequence[str]) -> List[str]:
-        """Returns the objects of some types, or of kinds of them."""
-        return [each for each, own in self._objects.items() if {*self._kinds(own)} & {*kinds}]
-
-    def _kinds(self, kind: str) -> Iterator[str]:
-        seen = ["object"]
-        while kind not in seen:
-            seen.append(kind)
-            kind = self._supertypes.get(kind, "object")
-        return iter(seen)
+        """Returns the objects of some types and their subtypes."""
+        wanted = {*kinds}
+        return [
+            each
+            for each, own in self._objects.items()
+            if not wanted.isdisjoint(kinds_of(own, self._supertypes))
+        ]
 
     def _literal(
         self, form: ListForm, holds: bool, objects: Mapping[str, str]
@@ -295,64 +293,6 @@ def denials(form: ListForm) -> int:
     return sum(each.head == "not" for each in form.forms())
 
 
-def formula(part: PddlPart) -> ListForm:
-    """Returns a part of a condition, which is a condition itself.
-
-    Raises:
-        PddlError: It is none.
-    """
-    if isinstance(part, Word):
-        raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
-    if part.head in ("when", "preference", *CHANGES):
-        raise PddlError(f"{part.place}: {part.head} in a condition is not understood")
-    return part
-
-
-def formulas(form: ListForm, count: int = -1) -> List[ListForm]:
-    """Returns the parts of a condition, which has so many.
-
-    Raises:
-        PddlError: It has another number of parts, or one that is no condition.
-    """
-    if count >= 0 and len(form.parts) != count + 1:
-        raise PddlError(f"{form.place}: {form.head} has {count} part{'s' * (count > 1)}, and this "
-                        f"has {len(form.parts) - 1}")  # fmt: skip
-    return [formula(part) for part in form.parts[1:]]
-
-
-def quantified(form: ListForm) -> Tuple[ListForm, ListForm]:
-    """Returns the variables and the condition of a quantifier.
-
-    Raises:
-        PddlError: It has others.
-    """
-    inner = form.parts[1:]
-    if len(inner) != 2 or not isinstance(inner[0], ListForm):
-        raise PddlError(f"{form.place}: {form.head} has variables and a condition")
-    return inner[0], formula(inner[1])
-
-
-def either(form: ListForm) -> Tuple[str, ...]:
-    """Returns the types of ``(either ...)``.
-
-    Raises:
-        PddlError: It is something else.
-    """
-    if form.head != "either" or len(form.parts) < 2:
-        raise PddlError(f"{form.place}: {shorten(form.text)} is not understood: there can be a "
-                        "type, or (either TYPE...)")  # fmt: skip
-    return tuple(part.text for part in form.parts[1:])
-
-
-def one_type_each(variables: ListForm) -> Iterator[ListForm]:
-    """Yields lists of variables that have one type each, one for each choice of types."""
-    choices = [
-        either(part) if isinstance(part, ListForm) else (part.text,) for part in variables.parts
-    ]
-    for chosen in itertools.product(*choices):
-        yield list_form(variables.place, *chosen)
-
-
 def _without_more(found: Sequence[Alternative]) -> List[Alternative]:
     """Leaves out alternatives that contradict themselves, or that need more than another one."""
     kept: List[Tuple[FrozenSet[str], int]] = []
@@ -371,14 +311,6 @@ def _anonymous(alternative: Alternative) -> str:
     names = {variable: f"?{number}" for number, (variable, _) in enumerate(variables)}
     texts = sorted(_substituted(each, names).text for each in literals)
     return " ".join([*(kind for _, kind in variables), *texts])
-
-
-def _variables(form: ListForm) -> Iterator[str]:
-    for part in form.parts:
-        if isinstance(part, ListForm):
-            yield from _variables(part)
-        elif part.text.startswith("?"):
-            yield part.text
 
 
 def _substituted(form: ListForm, objects: Mapping[str, str]) -> ListForm:

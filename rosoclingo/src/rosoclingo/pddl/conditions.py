@@ -34,17 +34,14 @@ from rosoclingo.pddl.alternatives import (
     Alternative,
     Alternatives,
     denials,
-    either,
-    formula,
     is_complex,
-    one_type_each,
     rule,
 )
 from rosoclingo.pddl.domain import Domain, Problem, read_domain, read_problem
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word, list_form
 from rosoclingo.pddl.rules import rule_parts
-from rosoclingo.pddl.support import DERIVED, PddlPart, is_comparison
-from rosoclingo.pddl.typed import typed_list
+from rosoclingo.pddl.support import DERIVED, PddlPart, changed_atoms, formula, is_comparison
+from rosoclingo.pddl.typed import either, one_type_each, typed_list
 
 _MOMENTS = ("at start", "at end", "over all")
 _ACTIONS = (":action", ":durative-action")
@@ -87,7 +84,8 @@ class _Compiler:
             objects.update(typed_list(part.parts[1:]))
         actions = list(domain.lists(*_ACTIONS))
         effects = [v for action in actions for k, v in _keys(action) if k.text == ":effect"]
-        changed = {head for effect in effects for head in _changed(effect)}
+        forms = [effect for effect in effects if isinstance(effect, ListForm)]
+        changed = {atom.head for form in forms for atom in changed_atoms(form)}
         derived = {head.head for form in domain.lists(DERIVED) for head in [*form.lists()][:1]}
         predicates = {f.head for part in domain.lists(":predicates") for f in part.lists()}
         facts = {f.text for part in problem.lists(":init") for f in part.parts}
@@ -296,14 +294,6 @@ def _moments_of(form: ListForm) -> Iterator[Tuple[Sequence[PddlPart], ListForm]]
         raise PddlError(f"{form.place}: {shorten(form.text)} is not understood: there can be "
                         + ", ".join(f"({each} ...)" for each in _MOMENTS))  # fmt: skip
     yield moment, formula(form.parts[2])
-
-
-def _changed(effect: PddlPart) -> Iterator[str]:
-    """Yields the predicates that an effect changes; those that it reads are not among them."""
-    if isinstance(effect, ListForm):
-        yield effect.head
-        for part in effect.parts[2 if effect.head == "when" else 1 :]:
-            yield from _changed(part)
 
 
 def _plain_types(form: ListForm) -> ListForm:

@@ -32,7 +32,7 @@ from rosoclingo.pddl.support import (
     is_comparison,
     sections,
 )  # fmt: skip
-from rosoclingo.pddl.typed import OBJECT, typed_list
+from rosoclingo.pddl.typed import kinds_of, typed_list
 
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _START, _END, _ALL = "at start", "at end", "over all"
@@ -98,12 +98,8 @@ class Domain:
     made: AbstractSet[str] = frozenset()
 
     def is_kind_of(self, kind: str, wanted: str) -> bool:
-        """Returns whether a type is another one, or a kind of it."""
-        seen: Set[str] = set()
-        while kind != wanted and kind not in seen:
-            seen.add(kind)
-            kind = self.supertypes.get(kind, OBJECT)
-        return kind == wanted
+        """Whether a type is another one, or a subtype of it."""
+        return wanted in kinds_of(kind, self.supertypes)
 
 
 @dataclass(frozen=True)

@@ -50,6 +50,14 @@ class ListForm:
             if isinstance(part, ListForm) and (not heads or part.head in heads):
                 yield part
 
+    def words(self) -> Iterator[str]:
+        """Yields its words and those of all lists in it, in the order of the file."""
+        for part in self.parts:
+            if isinstance(part, ListForm):
+                yield from part.words()
+            else:
+                yield part.text
+
     def forms(self) -> Iterator[ListForm]:
         """Yields this list and all those in it, in the order of the file."""
         open_forms = [self]

@@ -102,7 +102,7 @@ def read_rules(
             if not is_comparison(part):
                 atoms.append(part)
                 continue
-            own = {word: types[word] for word in _words(part) if word in types}
+            own = {word: types[word] for word in part.words() if word in types}
             test = NumberTest(f"{head.head}-number-{next(numbers)}", own, part)
             tests.append(test)
             compared.append(part)
@@ -164,14 +164,6 @@ def _literals(condition: ListForm) -> Iterator[Tuple[bool, ListForm]]:
             yield from ((False, inner) for inner in part.lists())
         else:
             yield True, part
-
-
-def _words(form: ListForm) -> Iterator[str]:
-    for part in form.parts:
-        if isinstance(part, ListForm):
-            yield from _words(part)
-        else:
-            yield part.text
 
 
 def _typed(types: Mapping[str, str], names: Iterable[str]) -> str:

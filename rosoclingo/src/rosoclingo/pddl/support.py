@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, FrozenSet, Iterator, Union
+from typing import Dict, FrozenSet, Iterator, List, Tuple, Union
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.expressions import ListForm, PddlError, Word
@@ -128,6 +128,43 @@ def check_formula(part: PddlPart, where: str, *, within: bool = False) -> None:
         _check_atom(part)
 
 
+def formula(part: PddlPart) -> ListForm:
+    """Returns a part of a condition, which is a condition itself.
+
+    Raises:
+        PddlError: It is none.
+    """
+    if isinstance(part, Word):
+        raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
+    if part.head in ("when", "preference", *CHANGES):
+        raise PddlError(f"{part.place}: {part.head} in a condition is not understood")
+    return part
+
+
+def formulas(form: ListForm, count: int = -1) -> List[ListForm]:
+    """Returns the parts of a condition, which has so many.
+
+    Raises:
+        PddlError: It has another number of parts, or one that is no condition.
+    """
+    if count >= 0 and len(form.parts) != count + 1:
+        raise PddlError(f"{form.place}: {form.head} has {count} part{'s' * (count > 1)}, and this "
+                        f"has {len(form.parts) - 1}")  # fmt: skip
+    return [formula(part) for part in form.parts[1:]]
+
+
+def quantified(form: ListForm) -> Tuple[ListForm, ListForm]:
+    """Returns the variables and the condition of a quantifier.
+
+    Raises:
+        PddlError: It has others.
+    """
+    inner = form.parts[1:]
+    if len(inner) != 2 or not isinstance(inner[0], ListForm):
+        raise PddlError(f"{form.place}: {form.head} has variables and a condition")
+    return inner[0], formula(inner[1])
+
+
 def is_comparison(form: ListForm) -> bool:
     """Tells whether a condition compares numbers."""
     return form.head in COMPARISONS or (form.head == "=" and any(form.lists()))
@@ -140,11 +177,13 @@ def is_change(form: ListForm) -> bool:
 
 def changed_atoms(effect: ListForm) -> Iterator[ListForm]:
     """Yields the atoms that an effect changes; those that it reads are not among them."""
-    if effect.head in ("and", "not", "when", "forall"):
-        for part in effect.parts[2 if effect.head in ("when", "forall") else 1 :]:
-            if isinstance(part, ListForm):
-                yield from changed_atoms(part)
-    elif effect.parts and not is_change(effect):
+    if is_change(effect):
+        return
+    inner = effect.parts[2 if effect.head in ("when", "forall") else 1 :]
+    parts = [part for part in inner if isinstance(part, ListForm)]
+    for part in parts:
+        yield from changed_atoms(part)
+    if effect.parts and not parts and effect.head not in ("and", "not", "when", "forall"):
         yield effect
 
 

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Sequence
+import itertools
+from typing import Dict, Iterator, List, Mapping, Sequence, Tuple
 
 from rosclingo.errors import shorten
-from rosoclingo.pddl.expressions import PddlError, Word
+from rosoclingo.pddl.expressions import ListForm, PddlError, Word, list_form
 from rosoclingo.pddl.support import PddlPart
 
 OBJECT = "object"
 """The type of all."""
+
+
+def kinds_of(kind: str, supertypes: Mapping[str, str]) -> List[str]:
+    """Returns a type and all types above it, of which the last one is ``object``."""
+    found: List[str] = []
+    while kind not in found:
+        found.append(kind)
+        kind = supertypes.get(kind, OBJECT)
+    return found if OBJECT in found else [*found, OBJECT]
 
 
 def typed_list(parts: Sequence[PddlPart], *, may_repeat: bool = False) -> Dict[str, str]:
@@ -44,3 +54,24 @@ def _add(types: Dict[str, str], names: Sequence[Word], kind: str, *, may_repeat:
         if name.text in types and not (may_repeat and OBJECT in (before, kind)):
             raise PddlError(f"{name.place}: {shorten(name.text)} is there twice")
         types[name.text] = before if kind == OBJECT else kind
+
+
+def either(form: ListForm) -> Tuple[str, ...]:
+    """Returns the types of ``(either ...)``.
+
+    Raises:
+        PddlError: It is something else.
+    """
+    if form.head != "either" or len(form.parts) < 2:
+        raise PddlError(f"{form.place}: {shorten(form.text)} is not understood: there can be a "
+                        "type, or (either TYPE...)")  # fmt: skip
+    return tuple(part.text for part in form.parts[1:])
+
+
+def one_type_each(variables: ListForm) -> Iterator[ListForm]:
+    """Yields lists of variables that have one type each, one for each choice of types."""
+    choices = [
+        either(part) if isinstance(part, ListForm) else (part.text,) for part in variables.parts
+    ]
+    for chosen in itertools.product(*choices):
+        yield list_form(variables.place, *chosen)
