@@ -19,7 +19,7 @@ plans, but does not change it.
 
 from array import array
 
-from rosoclingo.engine.regression import Regression
+from rosoclingo.engine.regression import Regression, find_bases
 from rosoclingo.engine.search import OutOfTimeError, Search
 from rosoclingo.engine.timing import Timetable
 
@@ -56,8 +56,9 @@ class Improver:
         self._search = search or Search(task, stop)
         self._search.reuse(stop)
         self._states = self._search.states
-        self._table = Timetable(task)
-        self._regression = Regression(task)
+        bases = find_bases(task[6], task[7])
+        self._table = Timetable(task, bases)
+        self._regression = Regression(task, bases)
         self._requests = len(requests)
         self._first_request = len(domains) + len(limits)
         self._actors = [action[5] for action in actions]

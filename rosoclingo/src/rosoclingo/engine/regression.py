@@ -2,20 +2,55 @@
 """Regression: what has to hold before the rest of a plan, so that it can be done."""
 
 from rosoclingo.engine.kinds import ADDS, BECOMES, TAKES
-from rosoclingo.engine.states import find_bases, merge_numbers
+from rosoclingo.engine.states import merge_numbers
+
+
+def find_bases(strata: tuple, rules: tuple) -> dict:
+    """Returns the variables and the numbers that determine each derived variable.
+
+    Args:
+        strata: As a :class:`~rosoclingo.engine.flat.FlatTask` has them.
+        rules: Its rules.
+    """
+    around: dict = {}
+    for stratum in strata:
+        for variable, _ in stratum:
+            around[variable] = (set(), set())
+    for values, levels, variable, _ in rules:
+        around[variable][0].update([one for one, _ in values])
+        around[variable][1].update([number for number, _, _ in levels])
+    bases = {}
+    for variable in around:
+        seen, new = {variable}, [variable]
+        numbers: set = set()
+        while new:
+            near, levels = around.get(new.pop(), ((), ()))
+            numbers.update(levels)
+            new += [one for one in near if one not in seen]
+            seen.update(near)
+        bases[variable] = (seen - around.keys(), numbers)
+    return bases
 
 
 class Regression:
-    """Finds out what the rest of a plan needs."""
+    """Finds the weakest conditions under which the rest of a plan can be done, or some like them.
 
-    def __init__(self, task: tuple) -> None:
-        """Takes a :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it."""
-        domains, _, limits, _, requests, actions, strata, rules = task[:8]
+    They are stronger where the weakest ones would be a disjunction.
+    """
+
+    def __init__(self, task: tuple, bases: dict) -> None:
+        """Takes a task.
+
+        Args:
+            task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
+            bases: Those of :func:`find_bases`.
+        """
+        domains, _, limits, _, requests, actions = task[:6]
         self._limits = limits
         self._requests = requests
         self._actions = actions
         self._variables = len(domains)
-        self._bases = find_bases(strata, rules)
+        self._bases = bases
         self._numbers = [merge_numbers(action[3], limits) for action in actions]
 
     def needs(self, plan: list, trace: list, met: list, begin: int) -> tuple:

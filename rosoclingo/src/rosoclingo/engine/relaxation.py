@@ -62,19 +62,16 @@ class _Facts:
             for least, number, amount in number_needs(numbers, limits):
                 self._add_threshold(number, least, amount)
         for _, wishes in requests:
-            for number, least, most in wishes:
-                self._add_threshold(number, True, least)
-                self._add_threshold(number, False, most)
+            self._add_ranges(wishes)
         self.denied = _denied(task)
         for values, levels, variable, _ in rules:
-            for number, least, most in levels:
-                self._add_threshold(number, True, least)
-                self._add_threshold(number, False, most)
-                if variable in self.denied:
+            self._add_ranges(levels)
+            if variable in self.denied:
+                for pair in values:
+                    self._add_other(pair)
+                for number, least, most in levels:
                     self._add_threshold(number, False, least - 1)
                     self._add_threshold(number, True, most + 1)
-            for pair in values if variable in self.denied else ():
-                self._add_other(pair)
         self.met = range(self.size, self.size + len(requests))
         self.size += len(requests)
         self.broken = range(self.size, self.size + len(rules))  # some need of the rule is not met
@@ -86,11 +83,24 @@ class _Facts:
             self.others_of.setdefault(pair[0], []).append((pair[1], self.size))
             self.size += 1
 
+    def _add_ranges(self, levels: list) -> None:
+        for number, least, most in levels:
+            self._add_threshold(number, True, least)
+            self._add_threshold(number, False, most)
+
     def _add_threshold(self, number: int, least: bool, amount: int) -> None:
         if (number, least, amount) not in self.thresholds:
             self.thresholds[number, least, amount] = self.size
             self.thresholds_of.setdefault(number, []).append((least, amount, self.size))
             self.size += 1
+
+    def of_conditions(self, values: list, levels: list) -> list:
+        """Returns the facts that stand for values of variables, and for ranges of numbers."""
+        found = [self.offsets[variable] + value for variable, value in values]
+        for number, least, most in levels:
+            found.append(self.thresholds[number, True, least])
+            found.append(self.thresholds[number, False, most])
+        return list(dict.fromkeys(found))
 
     def of_value(self, variable: int, value: int) -> list:
         """Returns the facts that hold when a variable has a value."""
@@ -110,31 +120,28 @@ class _Facts:
 
 
 def _denied(task: tuple) -> set:
-    """Returns the derived variables of which it matters that no rule derives them."""
+    """Returns the derived variables whose value without rules is a condition of something."""
     _, _, _, _, requests, actions, strata, rules = task[:8]
+    without = {variable: value for stratum in strata for variable, value in stratum}
     denied: set = set()
-    if not strata:
+    if not without:
         return denied
-    without = {pair for stratum in strata for pair in stratum}
-    read = {pair for values, _ in requests for pair in values}
-    for values, _, _, _ in rules:
-        read.update(values)
-    for needs, others, effects, _, _, _ in actions:
-        read.update(needs)
-        for conditions, _, _ in effects:
-            read.update(conditions)
-        denied.update([variable for variable, _ in others])
-    denied.update([variable for variable, _ in read & without])
-    denied &= {variable for variable, _ in without}
-    around: dict = {}
+    conditions = [values for values, _ in requests] + [rule[0] for rule in rules]
+    near: dict = {}  # of each derived variable, those that its rules read
     for values, _, variable, _ in rules:
-        around.setdefault(variable, set()).update([one for one, _ in values])
-    derived = {variable for variable, _ in without}
-    new = list(denied)
+        near.setdefault(variable, []).extend([one for one, _ in values if one in without])
+    new = []
+    for needs, others, effects, _, _, _ in actions:
+        conditions.append(needs)
+        conditions += [effect[0] for effect in effects]
+        new += [variable for variable, _ in others if variable in without]
+    for pairs in conditions:
+        new += [variable for variable, value in pairs if without.get(variable) == value]
     while new:
-        for one in (around.get(new.pop(), set()) & derived) - denied:
-            denied.add(one)
-            new.append(one)
+        variable = new.pop()
+        if variable not in denied:
+            denied.add(variable)
+            new += near.get(variable, ())
     return denied
 
 
@@ -282,11 +289,7 @@ class RelaxedTask:
                 actions.append(index)
                 base.append(int(not conditions))
         for index, (values, wishes) in enumerate(task[4]):
-            wanted = [offsets[variable] + value for variable, value in values]
-            for number, least, most in wishes:
-                wanted.append(facts.thresholds[number, True, least])
-                wanted.append(facts.thresholds[number, False, most])
-            all_needs.append(list(dict.fromkeys(wanted)))
+            all_needs.append(facts.of_conditions(values, wishes))
             all_effects.append([facts.met[index]])
             actions.append(-1)
             base.append(0)
@@ -308,21 +311,18 @@ class RelaxedTask:
         self.set_weights([1] * len(task[5]))
 
     def _add_rules(self, task: tuple, all_needs: list, all_effects: list) -> None:
-        """Adds operators that cost nothing, and by which rules derive values, or cease to do so.
+        """Adds the rules of derived variables as operators without an action.
 
-        A rule is broken as soon as one of its needs is not met. One that needs what is derived in
-        its own stratum, and so in a circle, counts as broken for a cost of 1: that may cease, too.
+        For denied variables, there are operators for their value without rules, too: this holds if
+        all rules are broken, and a rule is broken if one of its conditions does not hold. A rule
+        with a condition in its own stratum, and so in a circle, can be broken for a cost of 1.
         """
-        facts, offsets = self.facts, self.facts.offsets
+        facts = self.facts
         stratum_of = {pair[0]: n for n, stratum in enumerate(task[6]) for pair in stratum}
         rules_of: dict = {}
         for index, (values, levels, variable, value) in enumerate(task[7]):
             rules_of.setdefault(variable, []).append(index)
-            needs = [offsets[one] + wanted for one, wanted in values]
-            for number, least, most in levels:
-                needs.append(facts.thresholds[number, True, least])
-                needs.append(facts.thresholds[number, False, most])
-            all_needs.append(list(dict.fromkeys(needs)))
+            all_needs.append(facts.of_conditions(values, levels))
             all_effects.append(facts.of_value(variable, value))
             if variable not in facts.denied:
                 continue

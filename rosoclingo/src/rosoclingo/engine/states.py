@@ -32,28 +32,6 @@ if not cython.compiled:
     globals()["ints"] = lambda storage: storage
 
 
-def find_bases(strata: tuple, rules: tuple) -> dict:
-    """Returns the variables and the numbers on which each derived variable rests."""
-    around: dict = {}
-    for stratum in strata:
-        for variable, _ in stratum:
-            around[variable] = (set(), set())
-    for values, levels, variable, _ in rules:
-        around[variable][0].update([one for one, _ in values])
-        around[variable][1].update([number for number, _, _ in levels])
-    bases = {}
-    for variable in around:
-        seen, new = {variable}, [variable]
-        numbers: set = set()
-        while new:
-            near, levels = around.get(new.pop(), ((), ()))
-            numbers.update(levels)
-            new += [one for one in near if one not in seen]
-            seen.update(near)
-        bases[variable] = (seen - around.keys(), numbers)
-    return bases
-
-
 def merge_numbers(numbers: list, limits: list) -> list:
     """Returns what an action needs and changes of each number, with one entry for each number.
 

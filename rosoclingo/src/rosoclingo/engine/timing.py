@@ -15,7 +15,6 @@ from array import array
 import cython
 
 from rosoclingo.engine.kinds import ADDS, BECOMES, NEEDS_LEAST, NEEDS_MOST, TAKES
-from rosoclingo.engine.states import find_bases
 
 
 @cython.cfunc
@@ -35,9 +34,9 @@ if not cython.compiled:
 class _Slots:
     """The slots for which an item waits, and those that it marks."""
 
-    def __init__(self, task: tuple) -> None:
-        domains, _, limits, _, _, actions, strata, rules = task[:8]
-        self._bases = find_bases(strata, rules)
+    def __init__(self, task: tuple, bases: dict) -> None:
+        domains, _, limits, _, _, actions = task[:6]
+        self._bases = bases
         self._first_number = 2 * len(domains)
         self.first_actor = self._first_number + 3 * len(limits)
         self._first_occupied = self.first_actor + max([one[5] for one in actions], default=-1) + 1
@@ -110,14 +109,15 @@ class Timetable:
     mark_starts = cython.declare(object, visibility="readonly")
     marks = cython.declare(object, visibility="readonly")
 
-    def __init__(self, task: tuple) -> None:
+    def __init__(self, task: tuple, bases: dict) -> None:
         """Finds the slots of all items.
 
         Args:
             task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
+            bases: Those of :func:`~rosoclingo.engine.regression.find_bases`.
         """
         limits, requests, actions, occupied = task[2], task[4], task[5], task[8]
-        slots = _Slots(task)
+        slots = _Slots(task, bases)
         self.first_actor = slots.first_actor
         self.size = slots.size(max([thing + 1 for things in occupied for thing in things] + [0]))
         self.durations = array("q", [action[4] for action in actions] + [0] * len(requests) + [0])

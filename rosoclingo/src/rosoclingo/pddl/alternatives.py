@@ -1,9 +1,9 @@
-"""Finds the alternatives by which a condition holds: a disjunctive normal form, kept small.
+"""The disjunctive normal form of conditions, kept small.
 
 The condition ``(or (unlocked ?d) (exists (?k - key) (and (have ?k) (fits ?k ?d))))`` has two
-alternatives: the literal ``(unlocked ?d)``; and, with the further variable ``?k``, the other two
+alternatives: the literal ``(unlocked ?d)``; and, with the additional variable ``?k``, the other two
 literals. ``forall`` becomes a conjunction over all objects. Where a condition has too many
-alternatives, its parts become derived predicates, of which each has few rules::
+alternatives, its parts become derived predicates with few rules each::
 
     (:derived (open-if-1 ?d) (unlocked ?d))
     (:derived (open-if-1 ?d) (exists (?k - key) (and (have ?k) (fits ?k ?d))))
@@ -21,30 +21,31 @@ from rosoclingo.pddl.support import formulas, is_comparison, quantified
 from rosoclingo.pddl.typed import kinds_of, one_type_each, typed_list
 
 MOST_ALTERNATIVES = 200
-"""Of one condition, before its parts become derived predicates."""
+"""The limit for one condition. Beyond it, parts of the condition become derived predicates."""
 
 _OR, _DENYING = "-if-", "-unless-"  # in names of derived predicates, after the owner's
-_MOST_SIZE = 10_000  # of a conjunction of alternatives
-_MOST_COMPARED = 2000  # alternatives, to leave out those that need more than another one
+_MOST_SIZE = 10_000  # ground instances of a conjunction
+_MOST_COMPARED = 2000  # alternatives that are checked for subsumption
 _MOST_RULES = 20_000  # of one predicate
 COMPOUND = ("and", "or", "not", "imply", "forall", "exists")
 _CONTRARY = {"<": (">=",), "<=": (">",), ">=": ("<",), ">": ("<=",), "=": ("<", ">")}
 
 Alternative = Tuple[Tuple[Tuple[str, str], ...], Tuple[ListForm, ...]]
-"""Further variables with their types, and the literals that have to hold."""
+"""A disjunct: additional variables with their types, and a conjunction of literals."""
 
 TRUE: List[Alternative] = [((), ())]
 _FALSE: List[Alternative] = []
 
 
 class Alternatives:
-    """Finds the alternatives of conditions.
+    """Computes disjunctive normal forms.
 
     Attributes:
-        made: The names of the derived predicates that it has made.
+        made: The derived predicates that it has introduced.
         rules: Their rules.
-        scope: The types of the variables that are free in the condition in hand.
-        owner: The action or predicate whose condition that is.
+        scope: The types of the free variables of the current condition.
+        owner: The action or predicate that has this condition; names of new predicates begin with
+            it.
     """
 
     def __init__(
@@ -57,14 +58,14 @@ class Alternatives:
         facts: AbstractSet[str],
         names: Set[str],
     ) -> None:
-        """Takes what conditions are about.
+        """Takes the vocabulary of a task.
 
         Args:
             objects: All objects with their types.
-            supertypes: For each type the one that it is a kind of.
+            supertypes: The supertype of each type.
             static: The predicates that never change.
-            derived: The derived ones.
-            facts: The texts of the facts that hold at first.
+            derived: The derived predicates.
+            facts: The texts of the facts of the initial state.
             names: The names that are taken; those of new predicates are added.
         """
         self._objects = objects
@@ -74,7 +75,8 @@ class Alternatives:
         self._names = names
         self._fresh = itertools.count(1)
         self._shared: Dict[Tuple[str, ...], str] = {}  # made predicates, by their alternatives
-        self._fixed = {"=", *static, *derived}  # what can be denied simply
+        # the translator does not multiply out negations of these predicates
+        self._fixed = {"=", *static, *derived}
         self.made: Set[str] = set()
         self.rules: List[ListForm] = []
         self.scope: Dict[str, str] = {}
@@ -83,15 +85,15 @@ class Alternatives:
     def of(
         self, form: ListForm, holds: bool = True, objects: Mapping[str, str] = {}
     ) -> List[Alternative]:
-        """Returns the alternatives by which a condition holds, or does not.
+        """Returns the disjuncts of a condition, or of its negation.
 
         Args:
             form: The condition.
-            holds: Whether it is to hold.
-            objects: What stands for its variables.
+            holds: False for its negation.
+            objects: Substitutes for its variables.
 
         Raises:
-            PddlError: It is malformed.
+            PddlError: The condition is malformed.
         """
         if form.head == "exists" if holds else form.head == "forall":
             variables, body = quantified(form)
@@ -105,7 +107,7 @@ class Alternatives:
     def conjuncts(
         self, form: ListForm, holds: bool = True, objects: Mapping[str, str] = {}
     ) -> Iterator[List[Alternative]]:
-        """Yields the alternatives of each part that has to hold, if these are several."""
+        """Yields the disjuncts of each conjunct of a condition, or of its negation."""
         if form.head in COMPOUND and not (
             form.head == "exists" if holds else form.head == "forall"
         ):
@@ -119,7 +121,7 @@ class Alternatives:
     def _parts(
         self, form: ListForm, holds: bool, objects: Mapping[str, str]
     ) -> Tuple[bool, List[Tuple[ListForm, bool, Mapping[str, str]]]]:
-        """Returns whether all parts of a condition have to hold, or one of them; and the parts."""
+        """Returns the parts of a condition, and whether it is a conjunction of them."""
         if form.head in ("forall", "exists"):
             variables, body = quantified(form)
             bindings = self._bindings(variables, objects)
@@ -132,7 +134,7 @@ class Alternatives:
         return (form.head == "and") == holds, [(each, holds, objects) for each in formulas(form)]
 
     def all_of(self, parts: Sequence[List[Alternative]], form: ListForm) -> List[Alternative]:
-        """Returns the alternatives by which all parts of a condition hold."""
+        """Returns the disjuncts of a conjunction, from those of its parts."""
         sizes = [self._size(part) for part in parts]
         if math.prod(sizes) > max([_MOST_SIZE, *sizes]):
             return self._all_as_facts(parts, form)
@@ -161,7 +163,7 @@ class Alternatives:
         return self.all_of(list(simple), form)
 
     def _size(self, part: List[Alternative]) -> int:
-        """Returns how often the translator may ground a part."""
+        """Returns how many ground instances a part has."""
         return sum(
             math.prod(len(self.objects_of((kind,))) for _, kind in variables)
             for variables, _ in part
@@ -177,7 +179,7 @@ class Alternatives:
         return self.as_fact(found, form.place) if len(found) > MOST_ALTERNATIVES else found
 
     def as_fact(self, found: List[Alternative], place: str, verb: str = _OR) -> List[Alternative]:
-        """Returns one literal for several alternatives, of a new derived predicate."""
+        """Replaces a disjunction by an atom of a derived predicate, new unless it has one."""
         bound = {variable for variables, _ in found for variable, _ in variables}
         free = dict.fromkeys(
             word
@@ -197,10 +199,10 @@ class Alternatives:
         return [((), (list_form(place, name, *free),))]
 
     def without_negations(self, literals: Sequence[ListForm], most: int) -> Tuple[ListForm, ...]:
-        """Returns literals of which at most so many deny what changes.
+        """Limits the negations of atoms that change, which the translator multiplies out.
 
-        The translator multiplies such literals out. So one takes their place, which denies a new
-        predicate that is derived from each of them.
+        If there are more than ``most``, one negation of a new predicate takes their place, which is
+        derived from each of these atoms.
         """
         denying = [each for each in literals if each.head == "not" and self._changes(each)]
         if len(denying) <= most:
@@ -271,7 +273,7 @@ class Alternatives:
 
 
 def rule(head: ListForm, alternative: Alternative) -> ListForm:
-    """Returns a rule of a derived predicate, for one alternative of its condition."""
+    """Returns the rule of a derived predicate for one disjunct of its condition."""
     variables, literals = alternative
     words = [text for variable, kind in variables for text in (variable, "-", kind)]
     body = list_form(head.place, "and", *literals)
@@ -280,7 +282,7 @@ def rule(head: ListForm, alternative: Alternative) -> ListForm:
 
 
 def is_complex(form: ListForm) -> bool:
-    """Whether a condition is more than a conjunction of literals."""
+    """Whether a condition needs a disjunctive normal form, as it is no conjunction of literals."""
     negated = [f.parts[1] for f in form.forms() if f.head == "not" and len(f.parts) == 2]
     return any(each.head in ("or", "exists", "imply", "forall") for each in form.forms()) or any(
         isinstance(each, ListForm) and (each.head in COMPOUND or is_comparison(each))
@@ -289,12 +291,12 @@ def is_complex(form: ListForm) -> bool:
 
 
 def denials(form: ListForm) -> int:
-    """Returns how often a condition has ``not``."""
+    """Counts the negations in a condition."""
     return sum(each.head == "not" for each in form.forms())
 
 
 def _without_more(found: Sequence[Alternative]) -> List[Alternative]:
-    """Leaves out alternatives that contradict themselves, or that need more than another one."""
+    """Leaves out contradictory disjuncts, and those that another one subsumes."""
     kept: List[Tuple[FrozenSet[str], int]] = []
     for number in sorted(range(len(found)), key=lambda each: len(found[each][1])):
         texts = frozenset(each.text for each in found[number][1])
@@ -306,7 +308,7 @@ def _without_more(found: Sequence[Alternative]) -> List[Alternative]:
 
 
 def _anonymous(alternative: Alternative) -> str:
-    """Returns the text of an alternative, whatever its further variables are called."""
+    """Returns a text that alternatives share which differ in the names of variables alone."""
     variables, literals = alternative
     names = {variable: f"?{number}" for number, (variable, _) in enumerate(variables)}
     texts = sorted(_substituted(each, names).text for each in literals)

@@ -1,4 +1,4 @@
-"""Compiles quantifiers and disjunctions away: afterwards, conditions are conjunctions of literals.
+"""Compiles quantifiers and disjunctions away, so that conditions are conjunctions of literals.
 
 The action::
 
@@ -6,7 +6,7 @@ The action::
       :precondition (or (unlocked ?d) (exists (?k - key) (and (have ?k) (fits ?k ?d)))))
 
 becomes ``open ?d``, which needs ``(unlocked ?d)``, and ``open-or-2 ?d ?k``, which needs the rest:
-each alternative is an action, and what exists is one more object of it. ``(either a b)`` becomes a
+each alternative is an action, with a parameter for each existential variable. ``(either a b)`` is a
 predicate that holds for objects of both types, and an effect with alternatives under ``when``
 several effects. Alternatives in a goal, and a great many of them elsewhere, become derived
 predicates, and a derived predicate gets one rule for each alternative.
@@ -73,7 +73,7 @@ def compile_conditions(
 
 
 class _Compiler:
-    """Knows the objects and facts that conditions are about."""
+    """Compiles the sections of a task, one by one."""
 
     def __init__(self, domain: ListForm, problem: ListForm, changing: Collection[str]) -> None:
         supertypes: Dict[str, str] = {}
@@ -119,7 +119,7 @@ class _Compiler:
             yield part
 
     def declared(self, domain: ListForm) -> ListForm:
-        """Returns a domain with the predicates that were made, and their rules."""
+        """Returns a domain with the declarations of made predicates, and their rules."""
         made = [list_form(domain.place, name, "?x") for name in self._eithers]
         rules = self._conditions.rules
         heads = {head.head: head for each in rules for head in [formula(each.parts[1])]}
@@ -130,7 +130,7 @@ class _Compiler:
         return list_form(domain.place, *domain.parts, *rules)
 
     def stated(self, problem: ListForm) -> ListForm:
-        """Returns a problem with the facts of those predicates."""
+        """Returns a problem with the facts of predicates that stand for ``(either ...)``."""
         made = [
             list_form(problem.place, name, each)
             for name, types in self._eithers.items()
@@ -181,7 +181,7 @@ class _Compiler:
         parameters = found.get(":parameters", list_form(action.place))
         condition = found.get(where, list_form(action.place))
         if isinstance(parameters, Word) or isinstance(condition, Word) or len(action.parts) % 2:
-            yield action  # malformed, as who reads it says
+            yield action  # malformed, which read_domain reports
             return
         parameters, typed = self._parameters(parameters)
         self._enter(action.parts[1].text, parameters)
@@ -246,7 +246,7 @@ class _Compiler:
                 return form
             made = []
             found = self._conditions.of(first)
-            if has_numbers:  # which rules can ask for, and conditions of effects cannot
+            if has_numbers:  # which rules can have, and conditions of effects cannot
                 found = self._conditions.as_fact(found, form.place)
             for variables, needed in found:
                 literals = self._conditions.without_negations(needed, _MOST_DENIALS_OF_EFFECTS)
@@ -264,7 +264,7 @@ class _Compiler:
         return made[0] if len(made) == 1 else list_form(form.place, "and", *made)
 
     def _timed(self, form: ListForm) -> List[Alternative]:
-        """Returns the alternatives of a condition whose parts have moments."""
+        """Returns the disjuncts of the condition of a durative action."""
         parts = [
             (moment, self._conditions.of(condition)) for moment, condition in _moments_of(form)
         ]
@@ -284,7 +284,7 @@ class _Compiler:
 
 
 def _moments_of(form: ListForm) -> Iterator[Tuple[Sequence[PddlPart], ListForm]]:
-    """Yields the conditions of an action with a duration, each with its moment."""
+    """Yields the conditions of a durative action, each with its moment."""
     if form.head == "and" or not form.parts:
         for part in form.parts[1:]:
             yield from _moments_of(formula(part))
@@ -305,7 +305,7 @@ def _plain_types(form: ListForm) -> ListForm:
 
 
 def _ended(parameters: Sequence[PddlPart]) -> Sequence[PddlPart]:
-    """Returns variables of which the last ones have a type, so that others may follow."""
+    """Returns variables with a type at their end, so that others may follow."""
     if not parameters or (len(parameters) > 1 and parameters[-2].text == "-"):
         return parameters
     place = parameters[-1].place
@@ -318,7 +318,7 @@ def _mapped(form: ListForm, change: Callable[[ListForm], ListForm]) -> ListForm:
 
 
 def _extended(form: ListForm, head: str, more: Sequence[ListForm]) -> ListForm:
-    """Returns a form with something added to its sections of a name."""
+    """Returns a form with parts added to each section of a name."""
     return _mapped(form, lambda p: list_form(p.place, *p.parts, *more) if p.head == head else p)
 
 

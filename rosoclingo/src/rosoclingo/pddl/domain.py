@@ -47,13 +47,13 @@ class ActionSchema:
         place: Its file and line.
         parameters: Its variables.
         types: For each variable its type.
-        precondition: What has to hold before, without numbers.
-        effect: What holds afterwards, without numbers.
-        comparisons: What is said of numbers before.
-        changes: How numbers change; of an action with a duration, at its start.
-        later_comparisons: What is said of numbers after its start.
-        later_changes: How numbers change at its end.
-        duration: How long it takes, an expression; None if that is not said.
+        precondition: The condition on facts.
+        effect: The effect on facts.
+        comparisons: The conditions on numbers; of a durative action, those at its start.
+        changes: The effects on numbers; of a durative action, those at its start.
+        later_comparisons: The conditions on numbers after its start.
+        later_changes: The effects on numbers at its end.
+        duration: The expression of its duration; None without one.
         locks: Atoms that are changed at its start and changed back at its end.
         brief: Atoms that hold only while it lasts.
     """
@@ -78,9 +78,9 @@ class Domain:
     """A domain.
 
     Attributes:
-        form: All of it.
+        form: The whole form.
         name: Its name.
-        supertypes: For each type the one that it is a kind of.
+        supertypes: The supertype of each type.
         constants: Objects of the domain, with their types.
         actions: Its actions.
         rules: The rules of its derived predicates.
@@ -107,13 +107,13 @@ class Problem:
     """A problem.
 
     Attributes:
-        form: All of it.
+        form: The whole form.
         objects: Its objects, with their types.
         numbers: The value that each number has at first, by its text.
         init: The atoms that hold at first.
-        goal: What is to hold, without numbers.
-        comparisons: What is said of numbers in the goal.
-        metric: What is to be small; None if nothing is said.
+        goal: The condition of the goal on facts.
+        comparisons: The conditions of the goal on numbers.
+        metric: The expression to be minimized; None without one.
         places: The file and line of each number's first value, by its text.
     """
 
@@ -135,7 +135,7 @@ def read_domain(form: ListForm, made: AbstractSet[str] = frozenset()) -> Domain:
     """Returns the domain of a file.
 
     Args:
-        form: All of it.
+        form: The whole form.
         made: The derived predicates that the compiler made for parts of conditions.
 
     Raises:
@@ -332,7 +332,7 @@ def _conjuncts(form: ListForm) -> List[ListForm]:
 def _without(
     forms: Sequence[ListForm], is_one: Callable[[ListForm], bool]
 ) -> Tuple[List[ListForm], List[ListForm]]:
-    """Returns the others, and those of a kind."""
+    """Parts forms into those that are not of a kind, and those that are."""
     return [f for f in forms if not is_one(f)], [f for f in forms if is_one(f)]
 
 
@@ -355,7 +355,7 @@ def _contrary(literal: ListForm) -> str:
 
 
 def _needed(conditions: Dict[str, List[ListForm]], begun: Sequence[ListForm]) -> List[ListForm]:
-    """Returns the conditions before an action; its own beginning may meet the others."""
+    """Returns the conditions of an action that its own start effects do not bring about."""
     given = {literal.text for literal in begun}
     taken = {_contrary(literal) for literal in begun}
     needed = {condition.text: condition for condition in conditions[_START]}
@@ -395,7 +395,7 @@ def _net(
 def _refuse_required_concurrency(
     actions: Sequence[ActionSchema], depends: Mapping[str, Set[str]]
 ) -> None:
-    """Refuses conditions that hold only while another action lasts, or that this may change."""
+    """Refuses actions that can only be done while another one lasts."""
     for action in actions:
         for atom in action.locks:
             for other in actions:

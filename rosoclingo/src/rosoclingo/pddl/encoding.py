@@ -6,7 +6,7 @@ from typing import Dict, Iterator, List, Optional, Sequence, Tuple
 
 from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.amounts import Name
-from rosoclingo.pddl.deriving import TermBounds, derived_facts, derived_rules
+from rosoclingo.pddl.derived_encoding import TermBounds, derived_facts, derived_rules
 from rosoclingo.pddl.domain import ActionSchema, Domain
 from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Numbers, NumericUse, ground_atom
@@ -21,7 +21,7 @@ _FACTS = """
 #defined denial/4.
 
 % fact(F,V,X): the fact F, or -F for its contrary, means that V has the value X. A message
-% may say it; somebody may ask for it if it holds at first, or if an action does it.
+% may say it; it may be requested if it holds initially, or if an action brings it about.
 says(F,V,X) :- fact(F,V,X), not derived(V).
 wants(F,V,X) :- fact(F,V,X).
 request(F) :- fact(F,V,X), possible(V,X).
@@ -83,11 +83,11 @@ class Encoder:
         self._goal = numbers.goal()
 
     def rules(self) -> List[str]:
-        """Returns the rules about requests and messages, and those of derived variables."""
+        """Returns the rules for requests, messages and derived variables."""
         return [*_FACTS.strip().splitlines(), *derived_rules(self._task)]
 
     def facts(self) -> List[str]:
-        """Returns which facts there are, and of which variable each is a value."""
+        """Returns the facts for requests and messages, the numbers, and the rules."""
         lines: List[str] = []
         for variable in self._variables:
             for value, atom in zip(variable.values, variable.atoms):
@@ -99,7 +99,7 @@ class Encoder:
         return [*lines, *derived_facts(self._task, self._variables, self._bounds_of)]
 
     def _bounds_of(self, test: str) -> Optional[TermBounds]:
-        """Returns the bounds that a test asks of numbers; None if it never holds."""
+        """Returns the bounds of numbers in a test; None if the test never holds."""
         bounds = self._tests[test]
         return None if bounds is None else {self._term(name): b for name, b in bounds.items()}
 
@@ -138,7 +138,7 @@ class Encoder:
 
     @property
     def begins_at_goal(self) -> bool:
-        """Tells whether the goal is met at first."""
+        """Whether the initial state meets the goal."""
         state = self._task.derived_state(self._holds_at_first)
         return all(
             state[variable] == value for variable, value in self._task.goal

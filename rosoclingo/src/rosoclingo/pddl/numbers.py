@@ -40,7 +40,7 @@ from rosoclingo.pddl.support import PddlPart
 _TIME = ("total-time",)
 
 Bounds = Dict[Name, Tuple[int, Optional[int]]]
-"""The least and the largest value of numbers; None is no bound."""
+"""The least and the largest value of numbers; None for no upper bound."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class Numbers:
 
         Args:
             actions: For each its name and its objects.
-            tests: What rules of derived predicates ask of numbers, each by its name and objects.
+            tests: The tests of numbers in rules, each by its name and objects.
 
         Raises:
             PddlError: The library has no such condition or change.
@@ -193,7 +193,7 @@ class Numbers:
         return {name: (interval.least, interval.most) for name, interval in bounds.items()}
 
     def tested(self, test: Name) -> Optional[Bounds]:
-        """Returns the bounds that a test of a rule asks of numbers; None if it never holds.
+        """Returns the bounds of numbers in a test of a rule; None if the test never holds.
 
         Raises:
             PddlError: Its comparison is not understood.

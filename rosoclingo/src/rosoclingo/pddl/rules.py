@@ -1,4 +1,4 @@
-"""Rules of derived predicates.
+"""Axioms: the rules of derived predicates.
 
 The rule::
 
@@ -27,9 +27,9 @@ class DerivedRule:
 
     Attributes:
         head: The predicate and its variables.
-        types: The types of its variables, and of those that exist besides, in that order.
-        condition: What has to hold, with tests of numbers as atoms.
-        comparisons: What these tests say.
+        types: The types of its variables and then of the existential ones.
+        condition: The body, with tests of numbers as atoms.
+        comparisons: The comparisons of these tests.
     """
 
     head: ListForm
@@ -61,7 +61,7 @@ class DerivedRule:
 
 @dataclass(frozen=True)
 class NumberTest:
-    """A comparison of numbers in a rule, which is an atom for the translator.
+    """A comparison of numbers in a rule, as an atom for the translator.
 
     Attributes:
         name: The predicate of that atom.
@@ -77,7 +77,7 @@ class NumberTest:
 def read_rules(
     forms: Iterable[ListForm],
 ) -> Tuple[Tuple[DerivedRule, ...], Tuple[NumberTest, ...]]:
-    """Returns the rules of a domain, whose conditions are conjunctions, and the tests in them.
+    """Reads the rules of a domain, whose conditions are conjunctions, and the tests in them.
 
     Raises:
         PddlError: A rule is malformed, or a predicate depends on its own contrary.
@@ -115,10 +115,10 @@ def read_rules(
 
 
 def rule_parts(form: ListForm) -> Tuple[ListForm, ListForm]:
-    """Returns the predicate with its variables, and the condition.
+    """Returns the head and the body of a rule.
 
     Raises:
-        PddlError: It is no rule.
+        PddlError: The form is no rule.
     """
     parts = [*form.lists()]
     if len(parts) != 2 or len(form.parts) != 3 or not parts[0].head:
@@ -128,7 +128,7 @@ def rule_parts(form: ListForm) -> Tuple[ListForm, ListForm]:
 
 
 def basis(rules: Sequence[DerivedRule]) -> Dict[str, Set[str]]:
-    """Returns the predicates and functions on which each derived predicate depends, with itself."""
+    """Returns the predicates and functions on which each derived predicate depends, and itself."""
     found: Dict[str, Set[str]] = {each.head.head: {each.head.head} for each in rules}
     for one in rules:
         found[one.head.head].update(f.head for each in one.comparisons for f in each.forms())
@@ -145,7 +145,7 @@ def basis(rules: Sequence[DerivedRule]) -> Dict[str, Set[str]]:
 
 
 def _refuse_circles(rules: Sequence[DerivedRule]) -> None:
-    """Refuses predicates of which it is not clear which one has to be derived first."""
+    """Refuses rules that are not stratified: a predicate depends on its own negation."""
     depends = basis(rules)
     for one in rules:
         for holds, literal in _literals(one.condition):
@@ -158,7 +158,7 @@ def _refuse_circles(rules: Sequence[DerivedRule]) -> None:
 
 
 def _literals(condition: ListForm) -> Iterator[Tuple[bool, ListForm]]:
-    """Yields whether each atom of a conjunction has to hold, and the atom."""
+    """Yields the atoms of a conjunction, each with false if it is negated."""
     for part in condition.lists():
         if part.head == "not":
             yield from ((False, inner) for inner in part.lists())

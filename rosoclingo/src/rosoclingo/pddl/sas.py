@@ -4,16 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import (
-    Callable,
-    Dict,
-    Iterator,
-    List,
-    Mapping,
-    Sequence,
-    Set,
-    Tuple,
-)  # fmt: skip
+from typing import Callable, Dict, Iterator, List, Mapping, Sequence, Set, Tuple
 
 from rosoclingo.pddl.expressions import PddlError
 
@@ -38,7 +29,7 @@ class SasOperator:
         name: The action and its objects, with blanks between.
         preconditions: The values that variables need to have.
         exclusions: The values that they must not have.
-        effects: What changes.
+        effects: The changes of variables.
     """
 
     name: str
@@ -53,8 +44,8 @@ class SasRule:
 
     Attributes:
         variable: The derived variable.
-        conditions: The values of variables with which it holds.
-        tests: What it asks of numbers, as atoms of the translator.
+        conditions: The values that variables need to have.
+        tests: The tests of numbers that need to hold, as atoms of the translator.
     """
 
     variable: int
@@ -71,7 +62,7 @@ class TranslatedTask:
         init: The first value of each; derived ones have the one with which nothing is derived.
         goal: The values that are wanted.
         operators: The ground actions.
-        strata: Of each derived variable, its stratum, from 0 on: what a rule denies has a lower one
+        strata: The stratum of each derived variable, from 0 on: what a rule negates has a lower one
             than what it derives.
         rules: The rules of derived variables.
     """
@@ -84,10 +75,10 @@ class TranslatedTask:
     rules: Tuple[SasRule, ...] = ()
 
     def derived_state(self, holds: Callable[[str], bool]) -> List[int]:
-        """Returns the first values, with what is derived from them.
+        """Returns the initial state with the values of derived variables.
 
         Args:
-            holds: Tells whether a test of numbers holds at first.
+            holds: Whether a test of numbers holds initially.
         """
         state = list(self.init)
         for stratum in sorted(set(self.strata.values())):
@@ -190,9 +181,7 @@ def _variable(lines: _Lines) -> Tuple[int, Tuple[str, ...]]:
 def _rule(lines: _Lines) -> SasRule:
     lines.skip("begin_rule")
     conditions = lines.assignments()
-    variable, _, _ = (
-        lines.integers()
-    )  # with the value that it has without a rule, and its other one
+    variable, _, _ = lines.integers()  # with its value by default, and its other one
     lines.skip("end_rule")
     return SasRule(variable, conditions)
 

@@ -129,7 +129,7 @@ def check_formula(part: PddlPart, where: str, *, within: bool = False) -> None:
 
 
 def formula(part: PddlPart) -> ListForm:
-    """Returns a part of a condition, which is a condition itself.
+    """Checks that a part of a condition is a condition, and returns it.
 
     Raises:
         PddlError: It is none.
@@ -142,7 +142,11 @@ def formula(part: PddlPart) -> ListForm:
 
 
 def formulas(form: ListForm, count: int = -1) -> List[ListForm]:
-    """Returns the parts of a condition, which has so many.
+    """Returns the parts of a condition.
+
+    Args:
+        form: The condition.
+        count: The number of parts that it needs to have; -1 for any.
 
     Raises:
         PddlError: It has another number of parts, or one that is no condition.
@@ -154,10 +158,10 @@ def formulas(form: ListForm, count: int = -1) -> List[ListForm]:
 
 
 def quantified(form: ListForm) -> Tuple[ListForm, ListForm]:
-    """Returns the variables and the condition of a quantifier.
+    """Returns the variables and the condition of a quantified condition.
 
     Raises:
-        PddlError: It has others.
+        PddlError: Its parts are others.
     """
     inner = form.parts[1:]
     if len(inner) != 2 or not isinstance(inner[0], ListForm):

@@ -19,8 +19,8 @@ from rosoclingo.pddl.downward import (
     installed_version,
 )
 from rosoclingo.pddl.expressions import ListForm, PddlError
+from rosoclingo.pddl.inlining import simplify
 from rosoclingo.pddl.sas import TranslatedTask, parse_sas
-from rosoclingo.pddl.simplifying import simplify
 
 _MODULES = ("translate", "fast_downward.translate")  # of up-fast-downward 0.5 and 1.0
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change

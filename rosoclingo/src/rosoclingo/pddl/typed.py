@@ -1,4 +1,4 @@
-"""Reads lists of names with their types."""
+"""Types: lists of names with types, ``(either ...)``, and subtypes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rosoclingo.pddl.expressions import ListForm, PddlError, Word, list_form
 from rosoclingo.pddl.support import PddlPart
 
 OBJECT = "object"
-"""The type of all."""
+"""The supertype of all types."""
 
 
 def kinds_of(kind: str, supertypes: Mapping[str, str]) -> List[str]:
@@ -26,9 +26,9 @@ def typed_list(parts: Sequence[PddlPart], *, may_repeat: bool = False) -> Dict[s
     """Reads names with their types, such as ``a b - place c - robot``.
 
     Args:
-        parts: Them.
-        may_repeat: Whether a name may be there twice, as a kind of ``object`` and of something
-            else, as types of competitions are; it is a kind of that.
+        parts: The names, hyphens and types.
+        may_repeat: Whether a name may have two types of which one is ``object``, as in domains of
+            competitions; then the other one counts.
     """
     types: Dict[str, str] = {}
     waiting: List[Word] = []
@@ -60,7 +60,7 @@ def either(form: ListForm) -> Tuple[str, ...]:
     """Returns the types of ``(either ...)``.
 
     Raises:
-        PddlError: It is something else.
+        PddlError: The form is something else.
     """
     if form.head != "either" or len(form.parts) < 2:
         raise PddlError(f"{form.place}: {shorten(form.text)} is not understood: there can be a "

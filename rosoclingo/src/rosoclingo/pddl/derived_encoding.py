@@ -1,8 +1,8 @@
-"""Facts and rules for derived variables, of which ``actions.lp`` says what they mean.
+"""Encodes the rules of derived variables for ``actions.lp``.
 
-The search reads the rules as facts. Beside that, clingo has to derive the values as facts, too, so
-each stratum gets a rule for each kind of condition, in which its number is written out: then
-gringo sees that no variable depends on its own contrary.
+The search reads the rules as facts. clingo derives the values by them, too, while it grounds. So
+each stratum gets a rule for each kind of condition, with its number written out: then gringo sees
+that the rules are stratified.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from rosoclingo.pddl.sas import TranslatedTask
 from rosoclingo.pddl.variables import Variable
 
 TermBounds = Dict[str, Tuple[int, Optional[int]]]
-"""The least and the largest value of numbers, by their terms; None is no bound."""
+"""The least and the largest value of numbers, by their terms; None for no upper bound."""
 
 _STRATUM = """
 % through({S},I,J,K): in stratum {S}, the first J conditions of rule I hold. implied({S},V,K): some
@@ -46,12 +46,12 @@ def derived_facts(
     variables: Sequence[Variable],
     bounds_of: Callable[[str], Optional[TermBounds]],
 ) -> Iterator[str]:
-    """Yields what the rules of derived variables say.
+    """Yields the rules of derived variables as facts.
 
     Args:
         task: The task.
         variables: Its variables in terms of clingo.
-        bounds_of: Returns the bounds that a test asks of numbers; None if it never holds.
+        bounds_of: Returns the bounds of numbers in a test; None if the test never holds.
     """
     for variable, stratum in task.strata.items():
         yield f"derived({variables[variable].name},{stratum + 1})."

@@ -1,4 +1,4 @@
-"""Takes out of a translated task what stands for something else: tests, and made predicates."""
+"""Removes auxiliary variables from a translated task: made predicates, and tests of numbers."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from rosoclingo.pddl.variables import read_atom
 
 
 def simplify(task: TranslatedTask, made: Collection[str], tests: Collection[str]) -> TranslatedTask:
-    """Returns a task in which rules have tests of numbers, and conditions the facts themselves.
+    """Returns a task without auxiliary variables, as far as conditions can do without.
 
     Args:
-        task: The task. An atom that stands for a test is a variable of its own.
+        task: The task.
         made: The derived predicates that stand for parts of conditions.
-        tests: The predicates of atoms that stand for tests.
+        tests: The predicates that stand for tests of numbers, whose atoms become tests of rules.
     """
     named = {v: _predicate(values) for v, values in enumerate(task.variables)}
     inlined = {v for v in task.strata if named[v] in made}
@@ -41,10 +41,10 @@ def _predicate(values: Sequence[str]) -> str:
 
 
 class _Inliner:
-    """Puts what made variables are derived from in their place, as far as conditions can say it.
+    """Inlines the rules of made variables.
 
-    A variable with a single rule holds if that rule's conditions hold. One whose rules have one
-    condition each does not hold if none of them does.
+    A variable with a single rule is replaced by the conditions of that rule. The negation of a
+    variable whose rules have one condition each is replaced by the negations of these.
     """
 
     def __init__(self, task: TranslatedTask, made: Collection[int]) -> None:
@@ -65,7 +65,7 @@ class _Inliner:
                 self._denied[variable, without] = [rule.conditions[0] for rule in own]
 
     def inlined(self) -> TranslatedTask:
-        """Returns the task with the facts themselves, where it can deny them."""
+        """Returns the task with inlined conditions."""
         task = self._task
         if not (self._denied or self._granted):
             return task
@@ -79,7 +79,7 @@ class _Inliner:
         )
 
     def _conditions(self, conditions: Sequence[Assignment]) -> Tuple[Assignment, ...]:
-        """Returns conditions with others in the place of those about made variables."""
+        """Returns conditions with their made variables inlined."""
         found: Dict[Assignment, None] = {}
         for one in conditions:
             denied = self._denied.get(one)
@@ -93,7 +93,7 @@ class _Inliner:
         return tuple(found)
 
     def _operator(self, operator: SasOperator) -> Optional[SasOperator]:
-        """Returns an operator with what its conditions deny; None if that is never possible."""
+        """Returns an operator with inlined conditions; None if these are inconsistent."""
         needed = dict.fromkeys(self._conditions(operator.preconditions))
         exclusions = dict.fromkeys(operator.exclusions)
         for one in list(needed):
@@ -121,7 +121,7 @@ class _Inliner:
 
 
 def _without(task: TranslatedTask, gone: Collection[int], tests: Collection[int]) -> TranslatedTask:
-    """Returns a task without some variables: unused ones, and tests, which rules have as such."""
+    """Returns a task without some variables: unused ones, and tests, which rules get as atoms."""
     kept = [v for v in range(len(task.variables)) if v not in gone and v not in tests]
     number = {old: new for new, old in enumerate(kept)}
 
