@@ -11,6 +11,12 @@ from rosclingo.errors import shorten
 from rosclingo.solver.patches import atoms_after
 
 
+def symbol_key(symbol: clingo.Symbol) -> int:
+    """Returns the number by which clingo knows a symbol, which is quicker than to hash that."""
+    key: int = symbol._rep
+    return key
+
+
 class NewFacts:
     """Reads each fact of a predicate once, in the order in which they came.
 

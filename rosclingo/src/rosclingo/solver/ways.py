@@ -44,7 +44,7 @@ from clingo import Function, Number, SymbolType
 from clingo.symbolic_atoms import SymbolicAtoms
 
 from rosclingo.errors import shorten
-from rosclingo.solver.new_facts import NewFacts
+from rosclingo.solver.new_facts import NewFacts, symbol_key
 
 DISTANCE, ROUTE = "shortest_distance", "shortest_route"
 """The functions; the first argument of a term names the facts of a graph."""
@@ -108,7 +108,7 @@ class ShortestWays:
         Raises:
             ValueError: The name is no constant, or a length is no whole number from 1 on.
         """
-        if _key(begin) == _key(end):
+        if symbol_key(begin) == symbol_key(end):
             return [Number(0)]
         found = self._graph(predicate, graph)
         distance = found.distance(begin, end) if found else None
@@ -139,7 +139,7 @@ class ShortestWays:
         return [] if begin == end or found is None else found.route(begin, end)
 
     def _graph(self, predicate: clingo.Symbol, graph: clingo.Symbol) -> Optional[_Graph]:
-        asked = _key(predicate), _key(graph)
+        asked = symbol_key(predicate), symbol_key(graph)
         if self._found is None or asked != self._asked:
             self._asked, self._found = asked, self._look_up(predicate, graph)
         return self._found
@@ -165,7 +165,7 @@ class ShortestWays:
         self, facts: Dict[int, _Facts], graphs: OrderedDict[int, _Graph], graph: clingo.Symbol
     ) -> Optional[_Graph]:
         """Returns a graph, which is made if it is not kept; None if nothing is said of it."""
-        key = _key(graph)
+        key = symbol_key(graph)
         base = self._find(facts, graphs, graph.arguments[0]) if _has_base(graph) else None
         said = facts.get(key)
         if said is None:
@@ -186,16 +186,10 @@ class ShortestWays:
                     f"{shorten(str(Function(name, arguments)))} says a length that is no whole "
                     "number from 1 on"
                 )
-            key = _key(graph)
+            key = symbol_key(graph)
             if key not in facts:
                 facts[key] = []
             facts[key].append((begin, end, _FAR if is_closed else length.number))
-
-
-def _key(symbol: clingo.Symbol) -> int:
-    """Returns the number by which clingo knows a symbol, which is quicker than to hash that."""
-    key: int = symbol._rep
-    return key
 
 
 def _has_base(graph: clingo.Symbol) -> bool:
@@ -234,7 +228,7 @@ class _Graph:
                 self._to[first].append((last, length))
 
     def _number(self, place: clingo.Symbol) -> int:
-        number = self._numbers.setdefault(_key(place), len(self._places))
+        number = self._numbers.setdefault(symbol_key(place), len(self._places))
         if number == len(self._places):
             self._places.append(place)
             self._from.append([])
@@ -243,7 +237,7 @@ class _Graph:
 
     def distance(self, begin: clingo.Symbol, end: clingo.Symbol) -> Optional[int]:
         """Returns how far it is; None if there is no way."""
-        first, last = self._numbers.get(_key(begin)), self._numbers.get(_key(end))
+        first, last = self._numbers.get(symbol_key(begin)), self._numbers.get(symbol_key(end))
         if first is None or last is None:
             return None
         distance = self._table(first, last).distance(first)
@@ -253,7 +247,7 @@ class _Graph:
         """Returns the legs of a shortest way."""
         if self.distance(begin, end) is None:
             return []
-        first, last = self._numbers[_key(begin)], self._numbers[_key(end)]
+        first, last = self._numbers[symbol_key(begin)], self._numbers[symbol_key(end)]
         table = self._table(first, last)
         places = self._walk(table, first, last, in_order=True)
         left = [table.distances[place] for place in (first, *places)]
