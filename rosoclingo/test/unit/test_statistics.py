@@ -284,3 +284,12 @@ def test_nodes_that_go_on() -> None:
 def test_a_journal_may_begin_with_a_restart() -> None:
     (restart,) = Journal().add("resumed", "rosoclingo").compute().restarts
     assert restart.last == restart.seconds
+
+
+@pytest.mark.parametrize(("answer", "count"), [("success", 1), ("failure", 2)])
+def test_a_plan_that_is_timed_anew_after_a_success_is_no_change(answer: str, count: int) -> None:
+    """One robot is late, and so is the other one, who waits for it."""
+    journal = Journal().goal("g", "a").plan("do(r,go,1)", "do(s,stay,1)", "do(s,put,2)")
+    journal.move(1).action("r", "go").action("s", "stay").message("r", answer)
+    run = journal.plan("do(r,go,1)", "do(s,stay,1)", "do(s,stay,2)", "do(s,put,3)").compute()
+    assert len(run.changes) == count

@@ -18,6 +18,7 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Status
 from rosoclingo.loop.values.beliefs import Beliefs, causes_in_words
 from rosoclingo.loop.values.phrases import TermPhrases
+from rosoclingo.loop.words import SUCCESS
 
 
 class RunStory:
@@ -46,6 +47,7 @@ class RunStory:
         self._headed = 0  # the last step that was told
         self._searches = 0  # since the last plan
         self._is_better = False  # the plan that is found next
+        self._is_expected = True  # nothing but successful answers has come since the last plan
         self._plan: Planned = {}
         self._acting: Set[str] = set()
         self._believed = ""
@@ -103,6 +105,8 @@ class RunStory:
         return [f"goal {event.goal} comes: {event.request}", *ended]
 
     def _on_message(self, entry: Entry, event: journal.MessageArrived) -> List[str]:
+        if event.source not in self._acting or event.value != SUCCESS:
+            self._is_expected = False
         if event.source not in self._acting:
             return [f"message {event.source}: {event.value}"]
         self._acting.discard(event.source)
@@ -141,7 +145,8 @@ class RunStory:
         what, self._is_better = "a better plan" if self._is_better else "another plan", False
         before = {step: actions for step, actions in self._plan.items() if step >= entry.step}
         is_first, self._plan = not self._plan, planned(event.actions)
-        changed = change(entry, before, self._plan)
+        changed = change(entry, before, self._plan, is_expected=self._is_expected)
+        self._is_expected = True
         if changed is None:
             return []
         best = "" if event.is_best else ", the best so far"

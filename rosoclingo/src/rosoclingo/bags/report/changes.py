@@ -31,14 +31,21 @@ def after_reset(plan: Planned, step: int) -> Planned:
     return {number - step: actions for number, actions in plan.items() if number > step}
 
 
-def change(found: Entry, before: Planned, after: Planned) -> Optional[PlanChange]:
+def change(
+    found: Entry, before: Planned, after: Planned, *, is_expected: bool = False
+) -> Optional[PlanChange]:
     """Returns the change that a plan makes, without causes; None if there is none.
 
     Args:
         found: That it was found.
         before: What was planned before, from its step on.
         after: What is planned now.
+        is_expected: Whether nothing has come since the plan before but that actions have succeeded.
+            Then it is the same plan if each actuator does the same in the same order: it has only
+            been timed anew.
     """
+    if is_expected and _orders(before) == _orders(after):
+        return None
     differ = [one for one in before.keys() | after.keys() if before.get(one) != after.get(one)]
     if not differ:
         return None
@@ -55,6 +62,17 @@ def change(found: Entry, before: Planned, after: Planned) -> Optional[PlanChange
         before=tuple(sorted(old - new)),
         after=tuple(sorted(new - old)),
     )
+
+
+def _orders(plan: Planned) -> Dict[str, List[str]]:
+    """Returns what each actuator does, in order; what goes on in the next step counts once."""
+    orders: Dict[str, List[str]] = defaultdict(list)
+    last: Set[str] = set()
+    for _, actions in sorted(plan.items()):
+        for action in sorted(actions - last):
+            orders[action.partition(": ")[0]].append(action)
+        last = actions
+    return orders
 
 
 def explained(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections import Counter, deque
 from dataclasses import replace
@@ -278,7 +279,10 @@ class _Reading:
     def _on_plan(self, entry: Entry, event: journal.PlanFound) -> None:
         before = {step: actions for step, actions in self._plan.items() if step >= entry.step}
         self._plan = planned(event.actions)
-        changed = change(entry, before, self._plan)
+        last = self.plans[-1] if self.plans else -1
+        news = itertools.takewhile(lambda pair: pair[0] > last, reversed(self._causes.items()))
+        is_expected = all(cause.kind == "success" for _, cause in news)
+        changed = change(entry, before, self._plan, is_expected=is_expected)
         if changed is not None:
             self.changes[len(self.plans)] = changed
         self.plans.append(self._position)
