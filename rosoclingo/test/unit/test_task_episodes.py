@@ -30,7 +30,7 @@ from rosoclingo.store.store import Store
 
 MODES = [*(f"dynamic.incremental.{name}" for name in ("recording", "reset", "dyn_reset")), SINGLE]
 STEPS = 400
-SEEDS = draws((0, 2, 3, 9, 46, 59, 61, 62), 60, "TASK_EPISODES")
+SEEDS = draws((0, 2, 3, 9, 20, 46, 47, 59, 61, 62), 60, "TASK_EPISODES")
 
 
 @pytest.fixture(scope="module")

@@ -124,6 +124,10 @@ class TaskReader:
             raise TaskError("a variable has two values")
         levels = {name: level_of(values.pop(name)) for name in limits if name in values}
         state = TaskState(values, {name: level for name, level in levels.items() if level >= 0})
+        if new["affected"]:
+            derived = dict(values)
+            self._derivation.derive(derived, state.levels)
+            values.update((name, derived[name]) for (name,) in new["affected"])
         rows = joined({name: self._facts.get(name, []) for name in _OF_MAPS}, new)
         actions = self._actions.read(new, limits)
         moves = Moves(

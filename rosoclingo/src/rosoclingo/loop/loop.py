@@ -240,6 +240,7 @@ class Loop:
             step=state.step,
             asked=state.horizon,
             planned_actions=state.actions_left(state.step) > 0,
+            is_endless=state.planner.demand.has_tasks,
         )
         command = self._durability.retry(
             lambda: self._controller.decide(info), self._restore_controller

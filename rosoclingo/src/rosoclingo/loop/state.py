@@ -35,7 +35,7 @@ from rosoclingo.loop.values.execution import (
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.values.snapshot import take_over
 from rosoclingo.loop.waiting import Waiting
-from rosoclingo.loop.words import BUSY, GIVEN_UP
+from rosoclingo.loop.words import BUSY, GIVEN_UP, INFO, INTERRUPTED
 
 _ASKED = (HoldReason.APPROVAL, HoldReason.HOLD, HoldReason.PAUSE)  # what waits for an operator
 ASK_AGAIN_SECONDS = 60.0
@@ -407,8 +407,17 @@ class State(Progress):
         self._tell_busy(step)
 
     def _tell_busy(self, step: int) -> None:
-        if self.executions.is_over:
-            self.externals.make_true(self.executions.end_step(step))
+        """Says who is busy if the step is over, or if it can end for the news."""
+        executions = self.executions
+        if executions.is_over:
+            self.externals.make_true(executions.end_step(step))
+        elif (
+            executions.is_awaited
+            and executions.can_all_act_on
+            and self.externals.declares(INFO, INTERRUPTED)
+        ):
+            busy = executions.end_step(step)
+            self.externals.make_true([event(INFO, INTERRUPTED, step), *busy])
 
     def _assign_pending_messages(self, step: int) -> None:
         messages = self.mail.take_messages(step)

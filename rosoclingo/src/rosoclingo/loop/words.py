@@ -20,6 +20,9 @@ GIVEN_UP = (TIMEOUT, LOST)
 BUSY = "busy"
 """What the loop says of an actuator that goes on with its action in the next step."""
 
+PASSED, INTERRUPTED = "passed", "interrupted"
+"""What the loop says of a step: that it has gone by, or has ended before anybody has answered."""
+
 INFO = "info"
 """The id of what nobody has to answer for: an observation, or what the loop itself says."""
 

@@ -13,6 +13,7 @@ from typing import FrozenSet, List, Optional, Tuple
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import QuestionError
 from rosoclingo.loop.values.atoms import Action, Plan, event
+from rosoclingo.loop.words import SUCCESS
 from rosoclingo.why.answers import Contrast
 from rosoclingo.why.copy_by_replay import RetellingCopy
 from rosoclingo.why.facts import Fact, Facts, atoms
@@ -80,15 +81,14 @@ class Instead:
         self, told: FrozenSet[str], done: List[Action], step: int
     ) -> Tuple[FrozenSet[Tuple[str, str]], Tuple[str, ...]]:
         """Returns the possible actions of a step, and the fluents before it."""
-        with_done = told | {action.commit for action in done}
+        with_done = told | _events(done)
         with self._copy.at(step - 1):
             plan = self._copy.ask(PlanQuery(with_done)).plan
             return self._copy.possible(with_done), plan.holds if plan else ()
 
     def _why_impossible(self, action: Action, done: List[Action]) -> MinimalReason:
-        commits = frozenset(one.commit for one in done)
         facts = Facts(
-            self._facts.free, (), self._facts.fixed | atoms(self._facts.history) | commits
+            self._facts.free, (), self._facts.fixed | atoms(self._facts.history) | _events(done)
         )
 
         def ask(some: FrozenSet[Fact]) -> Verdict:
@@ -114,3 +114,15 @@ class Instead:
         texts = (*map(str, [*done, *actions]), *plan.actions)
         now = self._copy.step
         return replace(plan, actions=texts, step=now, steps=plan.horizon - now)
+
+
+def _events(done: List[Action]) -> FrozenSet[str]:
+    """Returns the events by which actions have been done: each was published and has succeeded.
+
+    Of an action that goes on in the next step, only its last step counts.
+    """
+    goes_on = {replace(action, step=action.step - 1) for action in done}
+    ended = [action for action in done if action not in goes_on]
+    return frozenset(
+        [*(one.commit for one in done), *(event(one.actuator, SUCCESS, one.step) for one in ended)]
+    )

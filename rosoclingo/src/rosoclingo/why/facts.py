@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Dict, FrozenSet, Iterable, List, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
-from rosoclingo.loop.words import BUSY
+from rosoclingo.loop.words import BUSY, INTERRUPTED, PASSED
 from rosoclingo.why.situation import Situation
 
 
@@ -150,7 +150,7 @@ class _Sorter:
         for atom, source, content, step in self._told:
             if source == "commit":
                 continue
-            if source == "info" and content == "passed":
+            if source == "info" and content in (PASSED, INTERRUPTED):
                 fixed.add(atom)
             elif source == "save" and content in self._saved_goals:
                 slot = self._saved_goals[content]

@@ -324,7 +324,12 @@ class Executions(ExecutionsState):
     def is_over(self) -> bool:
         """Tells whether the step may end: one actuator is through, and all others may act on."""
         is_through = any(not _is_awaited(one) for one in self._of_step)
-        return is_through and all(self._can_be_busy(one.actuator) for one in self._awaited)
+        return is_through and self.can_all_act_on
+
+    @property
+    def can_all_act_on(self) -> bool:
+        """Tells whether all may act on who have not answered yet; may ask the planner."""
+        return all(self._can_be_busy(one.actuator) for one in self._awaited)
 
     @property
     def is_awaited(self) -> bool:

@@ -56,6 +56,8 @@ class Info:
         step: The current step.
         asked: The horizon that is asked for.
         planned_actions: Whether the plan has actions after the current step.
+        is_endless: Whether the plan may have more steps than the mode allows, as it says itself how
+            many it has.
     """
 
     result: Optional[Result] = None
@@ -67,6 +69,7 @@ class Info:
     step: int = 0
     asked: int = 0
     planned_actions: bool = False
+    is_endless: bool = False
 
     def events(self) -> List[str]:
         """Returns the infos that are true, as events."""
@@ -80,10 +83,18 @@ class Info:
             true.append(f"ahead({self.ahead})")
         return [event("info", name, 0) for name in true]
 
-    def position(self) -> List[str]:
-        """Returns the atoms that say how far the run is."""
+    def position(self, last: Optional[float]) -> List[str]:
+        """Returns the atoms that say how far the run is.
+
+        Args:
+            last: The last horizon that the mode may ask for, if that is known.
+        """
         left = self.asked - self.step
-        names = [f"step({self.step})", f"query({self.asked})", f"left({left})"]
+        names = [f"step({self.step})", f"left({left})"]
+        if not self.is_endless or last is None:
+            names.append(f"query({self.asked})")
+        elif self.result is Result.UNSAT and self.horizon is None:
+            names.append(f"query({min(self.asked, last)})")
         names += ["planned_actions"] * self.planned_actions
         return [event("info", name, 0) for name in names]
 
@@ -270,7 +281,9 @@ class Controller:
         self._decided_from = decision.true
         last = last_horizon(decision.command)
         self.last_horizon = self.last_horizon if last is None else last
-        return number_steps(decision.command, info.step, info.asked, info.horizon)
+        return number_steps(
+            decision.command, info.step, info.asked, info.horizon, is_endless=info.is_endless
+        )
 
     def undo(self) -> None:
         """Takes the last decision back; what was decided ahead rests on it."""
@@ -308,7 +321,7 @@ class Controller:
 
     def _told(self, info: Info) -> Set[str]:
         """Returns the atoms of an info that the mode declares."""
-        return self._declared.intersection(info.events() + info.position())
+        return self._declared.intersection(info.events() + info.position(self.last_horizon))
 
     def _decide(self, info: Info, stopped: Optional[Callable[[], bool]] = None) -> _Decision:
         """Computes a decision from the saved fluents and the infos, until told to stop.

@@ -25,7 +25,14 @@ STEP_COMMANDS |= {"commit_actions", "release_step", "reset", "forget"}
 _NOW, _NEXT = Function("now"), Function("next")
 
 
-def number_steps(command: Symbol, step: int, horizon: int, needed: Optional[int] = None) -> Symbol:
+def number_steps(
+    command: Symbol,
+    step: int,
+    horizon: int,
+    needed: Optional[int] = None,
+    *,
+    is_endless: bool = False,
+) -> Symbol:
     """Returns a command with numbers in the place of names.
 
     The names are in docs/protocol.md, section "Names of steps".
@@ -35,6 +42,7 @@ def number_steps(command: Symbol, step: int, horizon: int, needed: Optional[int]
         step: The current step.
         horizon: The horizon that is asked for.
         needed: The horizon that the plan needs, if that is known and farther away.
+        is_endless: Whether that may be beyond the last one.
 
     Raises:
         ControllerError: The next horizon would be beyond the last one.
@@ -53,6 +61,8 @@ def number_steps(command: Symbol, step: int, horizon: int, needed: Optional[int]
         return argument
 
     def _at_most(wanted: int, last: Symbol) -> int:
+        if is_endless and needed is not None:
+            return needed
         if last.type is not SymbolType.Number or last.number <= horizon:
             raise ControllerError(
                 f"the mode gave {command}, where {last} is no horizon after {horizon}, which is "

@@ -15,7 +15,7 @@ from rosclingo.errors import shorten
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.loop.planner.demand import Demand, Pair
 from rosoclingo.loop.values.atoms import EVENT
-from rosoclingo.loop.words import BUSY
+from rosoclingo.loop.words import BUSY, INTERRUPTED, PASSED
 
 KnownMessages = Dict[str, Set[str]]
 """The values of messages that are known, for each id."""
@@ -26,7 +26,7 @@ ANY_EVENT = "_,_"
 _LONGEST = 200  # characters of a request for which it is looked what was meant
 _MOST_ALIKE = 1000  # requests, or arguments at a place, with which it is compared
 
-_OWN = frozenset(("_", "passed", BUSY))  # nobody says them, or rosoclingo alone does
+_OWN = frozenset(("_", PASSED, INTERRUPTED, BUSY))  # nobody says them, or rosoclingo alone does
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
 

@@ -17,7 +17,7 @@ from typing import Collection, Optional, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.words import INFO, QUEUE, SOLVER
+from rosoclingo.loop.words import INFO, INTERRUPTED, PASSED, QUEUE, SOLVER
 
 RESERVED = {
     "commit": "stands for what was published",
@@ -73,7 +73,7 @@ def is_own(source: str, content: str) -> bool:
     if source == QUEUE:
         name, arguments = split_term(content)
         return (name, len(arguments)) == ("first", 1)
-    return source in ("commit", "save") or (source, content) == (INFO, "passed")
+    return source in ("commit", "save") or (source == INFO and content in (PASSED, INTERRUPTED))
 
 
 def split_event(text: str) -> Optional[Tuple[str, str]]:
