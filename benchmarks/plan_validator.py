@@ -7,6 +7,7 @@ stratum, until no rule says anything more.
 
 from __future__ import annotations
 
+import functools
 import operator
 import re
 from dataclasses import replace
@@ -192,8 +193,10 @@ class PlanValidator:
         if not isinstance(part, ListForm):
             return float(binding.get(part.text, part.text))
         if part.head in _ARITHMETIC:
-            left, right = (self._value(each, binding) for each in part.parts[1:])
-            return _ARITHMETIC[part.head](left, right)
+            values = [self._value(each, binding) for each in part.parts[1:]]
+            if part.head == "-" and len(values) == 1:
+                return -values[0]
+            return functools.reduce(_ARITHMETIC[part.head], values)
         return self.numbers[_ground(part, binding)]
 
     def _change(self, effects: Iterable[ListForm], binding: _Binding) -> None:

@@ -39,14 +39,13 @@ from pathlib import Path
 from typing import Dict, Iterator, List, Optional, Sequence, Tuple
 
 from harness import Report, Row, Samples
-from plan_validator import PlanValidator
+from plan_validator import PlanValidator, read_validator
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE
 from rosoclingo.loop.words import FAILURE, SOLVER
-from rosoclingo.pddl.domain import read_domain, read_problem
-from rosoclingo.pddl.expressions import PddlError, read_file
+from rosoclingo.pddl.expressions import PddlError
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files
 from rosoclingo.pddl.translator import fast_downward
 
@@ -175,10 +174,9 @@ def write_encoding(
 
 def execute_task(domain: Path, problem: Path, kinds: Sequence[str], seed: int) -> str:
     """Executes plans for a task, and returns what is wrong; nothing if all is right."""
-    task = read_domain(read_file(domain)), read_problem(read_file(problem))
-    known = {*task[1].objects.values(), *(atom.head for atom in task[1].init)}
+    validator = read_validator(domain, problem)
+    known = {*validator.kinds.values(), *(fact[0] for fact in validator.facts)}
     options = ImportOptions(name="task", actuators=[kind for kind in kinds if kind in known])
-    validator = PlanValidator(*task)
     with tempfile.TemporaryDirectory() as place:
         world = _World(write_encoding(domain, problem, place, options), validator, seed)
         world.request("goal")
@@ -308,9 +306,7 @@ def is_valid(name: str, domain: Path, problem: Path, *plans: Planned) -> bool:
     written: List[str] = []
     try:
         for plan in plans:
-            validator = PlanValidator(
-                read_domain(read_file(domain)), read_problem(read_file(problem))
-            )
+            validator = read_validator(domain, problem)
             for action in plan.actions:
                 validator.execute_term(action)
             validator.require_goal()
