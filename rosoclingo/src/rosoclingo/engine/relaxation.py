@@ -17,6 +17,9 @@ from rosoclingo.engine.kinds import ADDS, BECOMES, NEEDS_LEAST, TAKES
 
 UNREACHED = cython.declare(cython.int, 1 << 29)
 MOST_COST = cython.declare(cython.int, 1 << 16)  # of a fact; higher ones count as this
+# The needs of an operator that are missing are above its cost in one number, which is in the cache
+# at once.
+NEED = cython.declare(cython.longlong, 0x10000000000)  # 2^40, too large for a shift in C
 MOST_ACTION_COST = cython.declare(
     cython.int, 100
 )  # in the propagation; higher costs of a task are scaled down to it
@@ -27,8 +30,13 @@ def ints(storage) -> cython.p_int:
     return cython.cast(cython.p_int, cython.cast(cython.size_t, storage.buffer_info()[0]))
 
 
+@cython.cfunc
+def longs(storage) -> cython.p_longlong:
+    return cython.cast(cython.p_longlong, cython.cast(cython.size_t, storage.buffer_info()[0]))
+
+
 if not cython.compiled:
-    globals()["ints"] = lambda storage: storage
+    globals().update(ints=lambda storage: storage, longs=lambda storage: storage)
 
 
 def join(lists: list) -> tuple:
@@ -190,16 +198,15 @@ class RelaxedTask:
     effects: cython.p_int
     action_of: cython.p_int  # -1 for a request
     is_base: cython.p_int  # 1 if the operator can be applied as soon as the action can be
-    needs_count: cython.p_int
     start_costs: cython.p_int
+    entries_before: cython.p_longlong  # of the operators, where nothing holds
     weights: cython.p_int  # of the actions, in the estimate
     free: cython.p_int
     free_size: cython.int
     goals: cython.p_int
     goals_size: cython.int
     is_goal: cython.p_int
-    missing: cython.p_int
-    costs: cython.p_int
+    entries: cython.p_longlong  # of each operator: how many needs are missing, and its cost
     fact_costs: cython.p_int
     supporters: cython.p_int
     seen: cython.p_int
@@ -353,13 +360,16 @@ class RelaxedTask:
         self.user_starts, self.users = ints(joined[0]), ints(joined[1])
         self.need_starts, self.needs = ints(joined[2]), ints(joined[3])
         self.effect_starts, self.effects = ints(joined[4]), ints(joined[5])
-        self.needs_count = self.keep([len(needs) for needs in all_needs])
+        entries = array("q", [len(needs) << 40 for needs in all_needs] + [0])
+        self.entries_before, copied = longs(entries), entries[:]
+        self.entries = longs(copied)
+        self.owned += [entries, copied]
         without = [operator for operator, needs in enumerate(all_needs) if not needs]
         self.free = self.keep(without)
         self.free_size = len(without)
-        entries = len(joined[5]) + self.facts_size
-        self.queue = self.keep([0] * entries)
-        self.queue_next = self.keep([0] * entries)
+        most = len(joined[5]) + self.facts_size
+        self.queue = self.keep([0] * most)
+        self.queue_next = self.keep([0] * most)
 
     def _join_achievers(self, all_effects: list) -> None:
         achievers: list = [[] for _ in range(self.facts_size)]
@@ -371,8 +381,6 @@ class RelaxedTask:
         self.achiever_starts, self.achievers = ints(joined[0]), ints(joined[1])
 
     def _build_scratch(self, actions: int) -> None:
-        self.missing = self.keep([0] * self.operators_size)
-        self.costs = self.keep([0] * self.operators_size)
         self.fact_costs = self.keep([0] * self.facts_size)
         self.supporters = self.keep([0] * self.facts_size)
         self.seen = self.keep([0] * self.facts_size)
@@ -404,6 +412,7 @@ class RelaxedTask:
             if action >= 0:
                 weight = self.weights[action] // scale
                 self.start_costs[i] = weight if weight > 0 else 1
+            self.entries_before[i] += self.start_costs[i] - self.entries_before[i] % NEED
 
     def set_goals(self, values: list, requests: list) -> None:
         """Replaces the goals.
@@ -438,17 +447,13 @@ class RelaxedTask:
     @cython.exceptval(check=False)
     def reset(self) -> cython.void:
         i: cython.int
-        costs: cython.p_int = self.costs
-        missing: cython.p_int = self.missing
-        start_costs: cython.p_int = self.start_costs
-        needs_count: cython.p_int = self.needs_count
+        entries: cython.p_longlong = self.entries
+        entries_before: cython.p_longlong = self.entries_before
         fact_costs: cython.p_int = self.fact_costs
         for i in range(self.facts_size):
             fact_costs[i] = UNREACHED
         for i in range(self.operators_size):
-            missing[i] = needs_count[i]
-        for i in range(self.operators_size):
-            costs[i] = start_costs[i]
+            entries[i] = entries_before[i]
         self.queue_size = 0
         self.highest = 0
         self.sizes_pointer[0] = 0
@@ -499,17 +504,21 @@ class RelaxedTask:
             self.fire(self.free[i])
 
     @cython.cfunc
-    @cython.inline
     @cython.exceptval(check=False)
     def fire(self, operator: cython.int) -> cython.void:
         i: cython.int
-        cost: cython.int = self.costs[operator]
-        if self.is_base[operator] and cost == self.start_costs[operator]:
+        fact: cython.int
+        cost: cython.int
+        effects: cython.p_int = self.effects
+        fact_costs: cython.p_int = self.fact_costs
+        if self.is_base[operator] and self.entries[operator] == self.start_costs[operator]:
             self.applicable_pointer[self.sizes_pointer[0]] = self.action_of[operator]
             self.sizes_pointer[0] += 1
-        cost = min(cost, MOST_COST)
+        cost = min(self.entries[operator], MOST_COST)
         for i in range(self.effect_starts[operator], self.effect_starts[operator + 1]):
-            self.reach(self.effects[i], cost, operator)
+            fact = effects[i]
+            if cost < fact_costs[fact]:
+                self.reach(fact, cost, operator)
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -521,10 +530,12 @@ class RelaxedTask:
         operator: cython.int
         unreached: cython.int = self.goals_size
         users: cython.p_int = self.users
-        costs: cython.p_int = self.costs
-        missing: cython.p_int = self.missing
+        entries: cython.p_longlong = self.entries
+        change: cython.longlong
+        left: cython.longlong
         while cost <= self.highest:
             entry = self.bucket_first[cost]
+            change = cost - NEED
             while entry >= 0:
                 fact = self.queue[entry]
                 if self.fact_costs[fact] == cost:
@@ -534,10 +545,9 @@ class RelaxedTask:
                             break
                     for i in range(self.user_starts[fact], self.user_starts[fact + 1]):
                         operator = users[i]
-                        costs[operator] += cost
-                        costs[operator] = min(costs[operator], MOST_COST)
-                        missing[operator] -= 1
-                        if missing[operator] == 0:
+                        left = entries[operator] + change
+                        entries[operator] = left
+                        if left < NEED:
                             self.fire(operator)
                 entry = self.queue_next[entry]
             if unreached == 0:
@@ -619,8 +629,7 @@ class RelaxedTask:
         for i in range(self.achiever_starts[fact], self.achiever_starts[fact + 1]):
             operator = self.achievers[i]
             if (
-                self.missing[operator] == 0
-                and self.costs[operator] == cost
+                self.entries[operator] == cost
                 and cost == self.start_costs[operator]
                 and self.action_of[operator] >= 0
             ):
