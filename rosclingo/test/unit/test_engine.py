@@ -802,6 +802,21 @@ def test_warnings_are_logged() -> None:
     assert len(messages) == 2
 
 
+def test_warnings_of_files_are_logged_when_their_parts_are_grounded(tmp_path: Path) -> None:
+    """Not when they are checked, where nothing is grounded that other parts may define."""
+    file = tmp_path / "program.lp"
+    file.write_text("a. #show done/1. #program q. b :- c.")
+    messages: List[str] = []
+    engine = Engine(Options((str(file),)), log=messages.append)
+    engine.run([Restart()])
+    assert messages == []
+    engine.run([Ground((Part("base"),))])
+    assert len(messages) == 1
+    assert "no atoms over signature" in messages[0]
+    engine.run([Ground((Part("q"),))])
+    assert "atom does not occur in any rule head" in messages[1]
+
+
 @pytest.mark.parametrize("is_file", [True, False])
 @pytest.mark.parametrize(("options", "first"), [((), "p(4)"), (("--heuristic=None",), "p(1)")])
 def test_heuristics_of_the_program_count(

@@ -391,14 +391,15 @@ class Engine:
         namespace: scripts.Namespace = {**ways.functions, **delays.functions, **causes.functions}
         messages = ClingoMessages()
         with scripts.using(namespace):
-            if program is not last:
-                programs.check(program, (), options)
             control = new_control(options.clingo, messages, has_heuristics=program.has_heuristics)
             theory = make_theory(options.theory)
             theory.register(control)
             externals = _ExternalValues()
             control.register_observer(externals)
-            program.add_to(control, theory)
+            if program is last:
+                program.add_to(control, theory)
+            else:
+                programs.add_checked(program, control, messages, theory, options)
         if program is not last:
             for remark in program.remarks:
                 self._log(remark)

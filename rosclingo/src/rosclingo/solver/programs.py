@@ -182,12 +182,46 @@ def check(program: Program, known: Iterable[ast.AST], options: Options) -> None:
     theory.register(scratch)
     Program(statements=[*known]).add_to(scratch)
     program.add_to(scratch, theory, run_scripts=False)
+    _check_rules(scratch, messages, theory)
+
+
+def add_checked(
+    program: Program,
+    control: clingo.Control,
+    messages: ClingoMessages,
+    theory: Theory,
+    options: Options,
+) -> None:
+    """Adds a program to a solver that has none yet, and checks it there.
+
+    Args:
+        program: The program.
+        control: The solver, which is of no more use if clingo does not accept the program.
+        messages: Its messages.
+        theory: What extends it.
+        options: Its command line.
+
+    Raises:
+        OptionsError: As :func:`check`.
+        ProgramError: As :func:`check`.
+    """
+    if program.scripts:  # which run as soon as they are added
+        check(program, (), options)
+        program.add_to(control, theory)
+        return
+    _check_parameters(program, (), options.clingo)
+    program.add_to(control, theory)
+    _check_rules(control, messages, theory)
+
+
+def _check_rules(control: clingo.Control, messages: ClingoMessages, theory: Theory) -> None:
     try:
         # Grounding a part that nothing defines checks the rules and instantiates none.
-        scratch.ground([("_rosclingo_check", [])])
+        control.ground([("_rosclingo_check", [])])
     except RuntimeError as err:
         text = messages.text() or str(err)
         raise ProgramError(text + theory.remedy(text)) from err
+    messages.text()  # of what a part defines that is not grounded here
 
 
 def _check_parameters(program: Program, known: Sequence[ast.AST], options: Sequence[str]) -> None:
