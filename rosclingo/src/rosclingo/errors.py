@@ -6,7 +6,6 @@ a control reply, in the text of a goal's status, or on the terminal.
 
 from __future__ import annotations
 
-import logging
 from typing import Optional
 
 _LONGEST_MESSAGE = 4000  # characters of an error that a client is told
@@ -26,6 +25,8 @@ class RosclingoError(Exception):
 def report(err: Exception, where: str) -> str:
     """Returns the message of an error for a client; logs a bug, too, with its traceback."""
     if not isinstance(err, RosclingoError):
+        import logging  # noqa: PLC0415 (commands that report no bug start faster without it)
+
         logging.getLogger("rosout").error("internal error %s", where, exc_info=err)
     return shorten(str(err) or type(err).__name__, _LONGEST_MESSAGE)
 

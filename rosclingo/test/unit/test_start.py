@@ -1,4 +1,4 @@
-"""Ctrl-C ends a program that has just begun, without a traceback."""
+"""The start of a program: Ctrl-C ends it without a traceback, and garbage is looked for rarely."""
 
 from __future__ import annotations
 
@@ -14,3 +14,13 @@ def test_ctrl_c() -> None:
     )
     assert ended.returncode == -signal.SIGINT
     assert not ended.stderr
+
+
+def test_garbage_is_looked_for_rarely() -> None:
+    """By default, Python would do so more than ten times in this import."""
+    code = (
+        "import gc, rosclingo.start; before = gc.get_stats()[0]['collections']\n"
+        "import rosclingo.solver.engine; print(gc.get_stats()[0]['collections'] - before)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert int(said.stdout) <= 3

@@ -489,11 +489,12 @@ def test_an_answer_in_a_command() -> None:
 
 
 def test_the_command_without_ros(tmp_path: Path) -> None:
-    """It runs in any folder, and imports nothing of ROS."""
+    """It runs in any folder, and imports nothing of ROS, nor what only other commands need."""
+    others = "'rospy', 'rosgraph', 'rosclingo.msg', 'logging', 'concurrent.futures'"
     code = (
         "import sys, rosoclingo.desk.plan as plan\n"
         "try:\n    plan.main(sys.argv[1:])\n"
-        "finally:\n    print(sorted(sys.modules.keys() & {'rospy', 'rosgraph', 'rosclingo.msg'}))"
+        f"finally:\n    print(sorted(sys.modules.keys() & {{{others}, 'rosoclingo.single'}}))"
     )
     folders = [str(Path(__file__).resolve().parents[3] / name / "src")
                for name in ("rosclingo", "rosoclingo")]  # fmt: skip

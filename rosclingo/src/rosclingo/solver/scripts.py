@@ -8,14 +8,11 @@ call whatever the node's script has imported; here each solver has a namespace f
 from __future__ import annotations
 
 import contextlib
-import logging
 from contextvars import ContextVar
 from typing import Any, Dict, Iterable, Iterator, Union
 
 import clingo
 from clingo.script import Script, register_script
-
-_LOG = logging.getLogger("rosout")
 
 Namespace = Dict[str, Any]
 """The functions that the programs of one solver can call: our own, and those of its scripts."""
@@ -73,5 +70,7 @@ def reason(message: str) -> str:
     begin, traceback, rest = message.partition("Traceback (most recent call last):\n")
     if not traceback:
         return message
-    _LOG.warning("a script failed: %s", message)
+    import logging  # noqa: PLC0415 (see rosclingo.errors)
+
+    logging.getLogger("rosout").warning("a script failed: %s", message)
     return begin + rest.strip().rpartition("\n")[2]

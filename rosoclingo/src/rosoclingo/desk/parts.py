@@ -23,8 +23,6 @@ from rosoclingo.loop.mode.controller import Controller, Decider, Decisions
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.solver import Solver
-from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
-from rosoclingo.single.dialects import detect, says_status
 
 SINGLE = "run-1.0"
 """Stands in the place of a mode for the one-node system."""
@@ -78,6 +76,14 @@ def make_parts(
         RosclingoError: There is no such mode, or a file or an option is wrong.
     """
     if mode == SINGLE:
+        # Few commands need them, and to import them takes as long as to plan for a small task.
+        from rosoclingo.single.algorithm1 import (  # noqa: PLC0415
+            Algorithm1,
+            commands_for,
+            last_step,
+        )
+        from rosoclingo.single.dialects import detect, says_status  # noqa: PLC0415
+
         dialect = detect(options)
         last = last_step((*options.clingo, *mode_options))
         return Parts(

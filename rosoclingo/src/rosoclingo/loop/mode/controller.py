@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import threading
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import (
+    TYPE_CHECKING,
     Callable,
     Dict,
     FrozenSet,
@@ -38,6 +38,9 @@ from rosoclingo.loop.mode.named_steps import last_horizon, number_steps
 from rosoclingo.loop.mode.retrying import ModeSolver
 from rosoclingo.loop.values.atoms import EVENT, SAVE, event
 from rosoclingo.loop.values.solver import Solver
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
 
 _MOST_DECISIONS = 10_000  # that are remembered
 
@@ -216,7 +219,12 @@ class Controller:
         self._saved: Tuple[str, ...] = ()
         self._saved_before: Tuple[str, ...] = ()  # the last decision
         self._save_events: Dict[str, str] = {} if known is None else known.save_events
-        self._background = ThreadPoolExecutor(1, "look ahead") if is_remote else None
+        self._background: Optional[ThreadPoolExecutor] = None
+        if is_remote:
+            # Commands, whose controller is in their process, start faster without it.
+            import concurrent.futures  # noqa: PLC0415
+
+            self._background = concurrent.futures.ThreadPoolExecutor(1, "look ahead")
         self._ahead: Optional[_Ahead] = None
         self._decided_from: Set[str] = set()  # the last time
         self.last_horizon: Optional[float] = None
