@@ -8,6 +8,7 @@ from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.amounts import Name
 from rosoclingo.pddl.derived_encoding import TermBounds, derived_facts, derived_rules
 from rosoclingo.pddl.domain import ActionSchema, Domain
+from rosoclingo.pddl.expressions import ListForm
 from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Numbers, NumericUse, ground_atom
 from rosoclingo.pddl.sas import SasOperator, TranslatedTask
@@ -153,10 +154,15 @@ class Encoder:
         lines: List[str] = []
         for name, alike in by_name.items():
             lines += ["", f"% {' '.join([name, *self._schemas[name].parameters])}"]
-            lines += (line for operator, use in alike for line in self._action(operator, use))
+            locks = self._lock_forms(self._schemas[name])
+            lines += (
+                line for operator, use in alike for line in self._action(operator, use, locks)
+            )
         return lines
 
-    def _action(self, operator: SasOperator, use: NumericUse) -> Iterator[str]:
+    def _action(
+        self, operator: SasOperator, use: NumericUse, locks: Sequence[ListForm]
+    ) -> Iterator[str]:
         name, *objects = operator.name.split()
         who = f"{self._actuators.of(objects)},{self._names.term(name, objects)}"
         yield f"action({who})."
@@ -182,14 +188,14 @@ class Encoder:
                 yield f"{verb}({who},{self._term(number_name)},{amount})."
         for number_name in use.fills:
             yield f"fills({who},{self._term(number_name)})."
-        for lock in self._occupied(self._schemas[name], objects):
-            yield f"occupies({who},{lock})."
+        atoms = [ground_atom(form, self._schemas[name], objects) for form in locks]
+        for atom in dict.fromkeys(atoms):
+            yield f"occupies({who},{self._term(atom)})."
 
-    def _occupied(self, schema: ActionSchema, objects: Sequence[str]) -> List[str]:
+    def _lock_forms(self, schema: ActionSchema) -> List[ListForm]:
         """Returns the facts that an action locks, because it changes them while it lasts."""
         forms = [form for form in schema.precondition.forms() if form.head in self._locks]
-        atoms = [ground_atom(form, schema, objects) for form in (*forms, *schema.locks)]
-        return [self._term(atom) for atom in dict.fromkeys(atoms)]
+        return [*forms, *schema.locks]
 
     def _term(self, name: Name) -> str:
         return self._names.term(name[0], name[1:])

@@ -217,6 +217,10 @@ def _united(
     for operator in operators:
         by_name.setdefault(operator.name, []).append(operator)
     for name, alike in by_name.items():
+        only = alike[0]
+        if len(alike) == 1 and len(dict(only.preconditions)) == len(only.preconditions):
+            yield only
+            continue
         values: Dict[int, Set[int]] = {}
         for operator in alike:
             for variable, value in operator.preconditions:
