@@ -155,7 +155,11 @@ class Life(System):
         if not self._items:
             self._world.turn(self)
         if not self._items and len(self._backlog) == before:
-            self.close()
+            moments = self.own_moments()
+            if moments:
+                self.clock = max(self.clock, min(moments))
+            else:
+                self.close()
         return True
 
     def publish(self, actuator: str, action: str) -> None:

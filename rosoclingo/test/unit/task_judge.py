@@ -249,6 +249,10 @@ class Physics:
                 act.takes[number] = act.takes.get(number, 0) + int(each) * length
         return act
 
+    def try_again(self, robot: str, move: str) -> None:
+        """A way is free again on which a move has failed, as that is tried again."""
+        self.blocked.discard(frozenset((self.values[f"at({robot})"], move[len("go(") : -1])))
+
     def begin(self, actuator: str, action: str) -> None:
         """An actuator begins an action; notes if that is not possible."""
         act = self.act(actuator, action)

@@ -6,6 +6,7 @@ die. Nothing that begins may be impossible, and all goals have to end as they sh
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -14,10 +15,12 @@ from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 from crashes import Client, Life, World
 from task_judge import Physics, Rules
 
+from rosoclingo.loop.inputs.inbox import Item
 from rosoclingo.loop.journal import AnswerArrived, MessageArrived, StatusSet
 from rosoclingo.loop.values.execution import Execution
 
 PACKAGES = Path(__file__).resolve().parents[3]
+_UNBLOCKED = re.compile(r"unblocked\((\w+),(\w+)\)")
 _CALM_AFTER = 60  # answers, after which nothing goes wrong any more
 
 
@@ -136,6 +139,8 @@ class TaskWorld(World):
                 self._done[one.actuator] = token
                 self._acts[token] = one.actuator
                 self.effects.append((one.actuator, one.action))
+                if one.attempt > 1 and one.action.startswith("go("):
+                    self.physics.try_again(one.actuator, one.action)
                 self.physics.begin(one.actuator, one.action)
 
     def _enter(self) -> None:
@@ -293,7 +298,7 @@ class TaskWorld(World):
         if all(client.end() for client in self.clients.values()):
             return
         physics = self.physics
-        for way in sorted(map(sorted, physics.blocked)):
+        for way in sorted(map(sorted, physics.blocked)) if self.chance.random() < 0.5 else ():
             self._tell(f"unblocked({','.join(way)})",
                        lambda way=way: physics.blocked.discard(frozenset(way)))  # type: ignore[misc]  # fmt: skip
         for variable in sorted(physics.lost):
@@ -329,6 +334,14 @@ class TaskWorld(World):
 
 class TaskLife(Life):
     """A life whose world knows its goals."""
+
+    def put(self, *items: Item) -> None:
+        """Takes inputs; a way of which the loop itself says that it is free is so."""
+        super().put(*items)
+        for item in items:
+            way = _UNBLOCKED.match(item.value) if isinstance(item, MessageArrived) else None
+            if way is not None and isinstance(self._world, TaskWorld):
+                self._world.physics.blocked.discard(frozenset(way.groups()))
 
     def live(self) -> None:
         world = self._world

@@ -114,7 +114,7 @@ def test_the_encoding_plans(package: Path, mode: str, capsys: pytest.CaptureFixt
         assert f"    goal {goal}, " in said.out.partition("after ")[2]
         assert f": {word}" in said.out
     actions = [line.strip() for line in said.out.splitlines() if line.startswith("    robot: ")]
-    assert actions[1:4] == ["robot: go(kitchen)", "robot: go(office)", "robot: go(kitchen)"]
+    assert actions[1:3] == ["robot: go(kitchen)"] * 2  # it is tried again
 
 
 def test_clingo_has_nothing_to_say_of_the_encoding(package: Path) -> None:

@@ -44,6 +44,9 @@ class Failing(System):
         self.parts = make_parts(mode, Options((encoding,)), ("-c", "steps=30"))
         super().__init__(self.parts.loop, policies=policies, **parameters)
 
+    def own_moments(self) -> List[float]:
+        return []
+
     def turn(self) -> bool:
         if self.acting:
             answer = self.answers.pop(0) if self.answers else "success"

@@ -108,9 +108,8 @@ class DeskSimulation(System):
 
     def _pass(self) -> bool:
         """Advances the clock to the next answer, or the loop's next check of silent actuators."""
-        executions = self.loop.state.executions
-        moments = [*self._due.values(), *(one.retry_at for one in executions.retrying)]
-        if not self._is_patient and executions.silent:
+        moments = [*self._due.values(), *self.own_moments()]
+        if not self._is_patient and self.loop.state.executions.silent:
             moments.append(self.clock + LOOK_SECONDS)
         if not moments:
             return False

@@ -15,6 +15,7 @@ a subclass does not say what that is, each action succeeds:
 
 from __future__ import annotations
 
+import math
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
@@ -78,7 +79,8 @@ class System(Inbox, Environment):
 
     Attributes:
         loop: The loop.
-        clock: What time it is, in seconds since the beginning; nothing but a subclass moves it.
+        clock: What time it is, in seconds since the beginning; it moves with the turns of a
+            subclass, and where the loop itself has to wait.
         elapsed: How many steps have begun since the beginning, whatever a reset calls them.
         journal: What the loop has learned and done; the times are those of the clock, but how long
             a command took is real time.
@@ -179,10 +181,25 @@ class System(Inbox, Environment):
         return False
 
     def wait(self, timeout: float) -> bool:
-        """Gives the world its turn, unless there is an item; ends if it does nothing."""
+        """Gives the world its turn, unless there is an item; ends if it does nothing.
+
+        Before that, the pauses of retries pass, and the times of alarms for which goals may wait.
+        """
         if not (self._has_something() or self.turn()):
-            self.close()
+            moments = self.own_moments()
+            if moments:
+                self.clock = max(self.clock, min(moments))
+            else:
+                self.close()
         return True
+
+    def own_moments(self) -> List[float]:
+        """Returns when the loop itself does something next, whatever the world does."""
+        state = self.loop.state
+        moments = [one.retry_at for one in state.executions.retrying]
+        if state.goals.open or state.goals.queued:
+            moments.append(state.alarms.next())
+        return [moment for moment in moments if moment < math.inf]
 
     def now(self) -> float:
         """Returns the time."""

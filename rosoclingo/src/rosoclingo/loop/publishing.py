@@ -56,7 +56,8 @@ def publish(state: State, actions: Sequence[Action]) -> None:
     free = [a for a in actions if state.interlock.reason(a.actuator, a.name) is None]
     for action in actions:
         lasting = state.plan.lasting.get(action, ("", 0))
-        state.executions.begin(action, *lasting, is_held=action not in free)
+        retries = state.plan.retries.get(action, (0, 0))
+        state.executions.begin(action, *lasting, retries=retries, is_held=action not in free)
     send(state, [(action.actuator, action.name) for action in free])
 
 
@@ -103,20 +104,22 @@ def fail(state: State, one: Execution, answer: str) -> Optional[str]:
         What the planner is told; None if the action is tried again, so that it is told nothing.
     """
     policy = state.policies.of(one.actuator, one.action)
-    was_aborted, pause = one.aborted, policy.pause
+    was_aborted, retries, pause = one.aborted, policy.retries, policy.pause
+    if retries is None and answer == FAILURE:
+        retries, pause = one.retries, policy.pause or one.pause
     if answer == LOST or (answer == TIMEOUT and policy.limits):
         publish_abort(state, one.actuator)  # the interface may be there nevertheless
         pause = max(pause, _PAUSE_AFTER_TIMEOUT)
     if answer not in (FAILURE, TIMEOUT):
         return answer
-    if was_aborted or one.attempt > policy.retries:
+    if was_aborted or one.attempt > (retries or 0):
         return policy.then or answer
     state.executions.retry(one.actuator, answer, pause)
     state.watchdog.look_soon()
     state.note(ActionRetried(one.actuator, one.action, one.attempt, answer))
     state.show_executions()
     state.goals.tell(
-        f"{one.actuator} {one.action}: {answer}, retry {one.attempt} of {policy.retries}"
+        f"{one.actuator} {one.action}: {answer}, retry {one.attempt} of {retries}"
         + (f" in {pause:g} s" if pause else "")
     )
     return None

@@ -109,6 +109,8 @@ def take_plan(state: State, plan: Plan, is_best: bool = True) -> None:
     state.note(PlanFound(tuple(map(str, state.ahead())), is_best, quality))
     if state.goals.alone and state.goals.waiting and state.goals.has_free_slot():
         state.mail.new_goals = True  # the next of those that are told one by one
+    state.alarms.set(plan.alarms, state.environment.world_now())
+    state.watchdog.look_soon()
     state.take_beliefs(plan.beliefs)
     state.goals.tell(f"plan {state.horizon} step{'' if state.horizon == 1 else 's'}")
     for slot, line in plan.feedback():

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
+from typing import Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import OutOfMemoryError
 from rosoclingo.loop import journal
 from rosoclingo.loop.believing import BeliefKeeper
+from rosoclingo.loop.execution.alarms import Alarms
 from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.execution.executions import Executions, ExecutionsState
 from rosoclingo.loop.execution.heartbeats import Heartbeats
@@ -58,6 +59,7 @@ class StateSnapshot:
     interlock: InterlockState
     mail: MailSnapshot
     durations: Durations
+    alarms: Alarms
     beliefs: BeliefKeeper
     reminded: bool
 
@@ -77,6 +79,7 @@ class State(Progress):
         heartbeats: What their interfaces say meanwhile.
         mail: What has come from outside.
         durations: How long actions have taken.
+        alarms: Which messages the encoding is to be told later.
         beliefs: What is believed to be the causes of what was observed.
         timing: What follows from that.
         watchdog: Looks after the actions that are executed.
@@ -150,6 +153,7 @@ class State(Progress):
         planner.warn_of_search(lambda text: self.warn_once("search", text))
         planner.warn_of_plans(lambda text: self.warn_once("plan", text))
         self.durations = Durations()
+        self.alarms = Alarms()
         self.beliefs = BeliefKeeper()
         self.timing = Timing(
             self.durations,
@@ -179,6 +183,7 @@ class State(Progress):
             policies=self.policies,
             durations=self.durations,
             heartbeats=self.heartbeats,
+            alarms=self.alarms,
             environment=environment,
             tell=self.goals.tell,
             action_timeout=action_timeout,
@@ -208,6 +213,7 @@ class State(Progress):
             self.interlock,
             self.mail.snapshot(),
             self.durations,
+            self.alarms,
             self.beliefs,
             self.waiting.reminded,
         )
@@ -231,6 +237,7 @@ class State(Progress):
         take_over(self.interlock, saved.interlock)
         self.mail.restore(saved.mail, goals)
         take_over(self.durations, saved.durations)
+        take_over(self.alarms, saved.alarms)
         take_over(self.beliefs, saved.beliefs)
         self.waiting.reminded = saved.reminded
         self.show_executions(again=True)
@@ -433,6 +440,18 @@ class State(Progress):
         if missing:
             self.externals.read()  # by which the mail says what may have been meant
         self.mail.drop([(*new[atom], reason) for atom, reason in missing])
+        self._tell_tries(step, {new[atom][0] for atom in answers})
+
+    def _tell_tries(self, step: int, actuators: Iterable[str]) -> None:
+        """Tells how often actuators have tried what they answer for, if an encoding counts that."""
+        tries = [
+            f"tries({actuator},{one.attempt})"
+            for actuator in sorted(actuators)
+            for one in [self.executions.acting(actuator)]
+            if one is not None and one.attempt > 1
+        ]
+        known = [content for content in tries if self.externals.declares(INFO, content)]
+        self.externals.make_true([event(INFO, content, step) for content in known])
 
     def move_to(self, step: int) -> List[str]:
         """Makes a step the current one.

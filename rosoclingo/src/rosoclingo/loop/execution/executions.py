@@ -128,7 +128,13 @@ class Executions(ExecutionsState):
         return one if one is not None and one.acts else None
 
     def begin(
-        self, action: Action, kind: str = "", seconds: int = 0, *, is_held: bool = False
+        self,
+        action: Action,
+        kind: str = "",
+        seconds: int = 0,
+        *,
+        retries: Tuple[int, int] = (0, 0),
+        is_held: bool = False,
     ) -> None:
         """Enters an action that is about to be published, with its token.
 
@@ -136,6 +142,7 @@ class Executions(ExecutionsState):
             action: The action.
             kind: What the encoding calls such actions, if it says how long they take.
             seconds: How long that is.
+            retries: How often it is tried again after a failure, and after how many seconds.
             is_held: Whether it is published later, with :meth:`dispatch`.
         """
         self.published.add(action)
@@ -143,7 +150,14 @@ class Executions(ExecutionsState):
         if is_held and before is not None and not before.is_held:
             self.told[action.actuator] = replace(before, answer=before.answer or "")
         self.last[action.actuator] = Execution(
-            0, action.step, action.actuator, action.name, kind=kind, seconds=seconds
+            0,
+            action.step,
+            action.actuator,
+            action.name,
+            kind=kind,
+            seconds=seconds,
+            retries=retries[0],
+            pause=retries[1],
         )
         self._number(action.actuator, is_held=is_held)
 

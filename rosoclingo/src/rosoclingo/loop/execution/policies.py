@@ -4,7 +4,7 @@
 >>> policies.of("robot", "go(3)").retries, policies.of("robot", "go(dock)").timeout
 (2, 60.0)
 >>> policies.of("robot", "wave")
-ActionPolicy(timeout=0.0, factor=0.0, retries=0, pause=0.0, then='', heartbeat=0.0)
+ActionPolicy(timeout=0.0, factor=0.0, retries=None, pause=0.0, then='', heartbeat=0.0)
 >>> ActionPolicies({"go(*)": {"retries": -1}})
 Traceback (most recent call last):
     ...
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, fields
-from typing import Any, Callable, List, Mapping, Tuple
+from typing import Any, Callable, List, Mapping, Optional, Tuple
 
 from rosclingo.errors import TermError, shorten
 from rosoclingo.loop.execution.patterns import ActionPattern
@@ -30,7 +30,8 @@ class ActionPolicy:
     Attributes:
         timeout: How long it may take, in seconds of the loop's clock; 0 for as long as it does.
         factor: Likewise, as a factor of its expected duration, in world time.
-        retries: How often it is dispatched again after a failure or a timeout.
+        retries: How often it is dispatched again after a failure or a timeout; None if that is not
+            said, so that an encoding may say it for failures.
         pause: How long before each retry, in seconds of the loop's clock.
         then: The answer that the planner is told when it has failed in the end; empty for the last
             one.
@@ -40,7 +41,7 @@ class ActionPolicy:
 
     timeout: float = 0.0
     factor: float = 0.0
-    retries: int = 0
+    retries: Optional[int] = None
     pause: float = 0.0
     then: str = ""
     heartbeat: float = 0.0

@@ -1,5 +1,7 @@
 """The watchdog: warns of silent actuators, times actions out, misses heartbeats, begins retries.
 
+It also sends the encoding the messages that it has asked for by alarms.
+
 What it finds goes into the inbox as what comes from outside does: so it is in the journal, and a
 replay, which watches nothing, takes it from there.
 """
@@ -9,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
 
+from rosoclingo.loop.execution.alarms import Alarms
 from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.execution.heartbeats import Heartbeats
@@ -18,7 +21,7 @@ from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import Control, ControlArrived, MessageArrived
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
-from rosoclingo.loop.words import LOST, TIMEOUT
+from rosoclingo.loop.words import INFO, LOST, TIMEOUT
 
 REMINDER_SECONDS = 30.0
 """How often it is said that an actuator does not answer."""
@@ -79,6 +82,7 @@ class ExecutionWatchdog:
         policies: How long that may take.
         durations: How long actions have taken.
         heartbeats: What interfaces say meanwhile.
+        alarms: Which messages the encoding is to be told later.
         environment: Where the clocks are, and warnings go.
         tell: Tells a line to the goals.
         action_timeout: After how many seconds since its dispatch an action without a policy times
@@ -90,6 +94,7 @@ class ExecutionWatchdog:
     policies: ActionPolicies
     durations: Durations
     heartbeats: Heartbeats
+    alarms: Alarms
     environment: Environment
     tell: Callable[[str], object]
     action_timeout: float
@@ -130,7 +135,7 @@ class ExecutionWatchdog:
         if not self.inbox.recorded.knows_inputs:
             self._tell_progress()
             rest += [*self._begin_retries(now), *self._time_out(now), *self._miss_heartbeats(now)]
-            rest += self._ask_again(now)
+            rest += [*self._ask_again(now), *self._send_alarms()]
         self._looked_at = now
         self._look_at = now + max(_SHORTEST_SECONDS, min(rest))
 
@@ -169,6 +174,13 @@ class ExecutionWatchdog:
             elif (key, ask_at) not in self._asked:
                 self._asked.add((key, ask_at))
                 self.inbox.put(ControlArrived(Control.ASK, key[0], action=key[1]))
+
+    def _send_alarms(self) -> Iterator[float]:
+        """Sends the messages whose time has come; yields the seconds until the next one."""
+        now = self.environment.world_now()
+        for message in self.alarms.take_due(now):
+            self.inbox.put(MessageArrived(INFO, message))
+        yield self.alarms.next() - now
 
     def _time_out(self, now: float) -> Iterator[float]:
         """Times out what takes too long; yields the seconds that others may take yet."""

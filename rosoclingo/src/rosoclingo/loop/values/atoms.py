@@ -39,7 +39,8 @@ QUERY = "query("
 _READ = ("do(", "status(", "abort(")
 _FEEDBACK = "feedback("
 _TIMES = ("lasts(", "expected(", "due(")
-_SORTED = (*_READ, *_TIMES, *SHOWN)
+_FAULTS = ("retries(", "tell_later(")
+_SORTED = (*_READ, *_TIMES, *_FAULTS, *SHOWN)
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Plan:
     """A plan: the atoms of an answer set that rosoclingo reads.
 
     That is do/3, status/3, holds/2, abort/2 and feedback/2, of times lasts/3, expected/2 and due/2,
-    and those of :mod:`rosoclingo.loop.values.beliefs`.
+    of failures retries/3 and tell_later/2, and those of :mod:`rosoclingo.loop.values.beliefs`.
 
     Attributes:
         symbols: The answer set.
@@ -78,6 +79,9 @@ class Plan:
             how long it takes, in seconds.
         serving: The action with which each goal is served of which the plan says that, by slots.
         limits: Within how many seconds after they came goals are due, likewise.
+        retries: How often each action is tried again after a failure, and after how many seconds,
+            for those of which the plan says that.
+        alarms: After how many seconds the encoding is to be told a message, by messages.
         beliefs: The terms that show beliefs, in order.
     """
 
@@ -90,12 +94,17 @@ class Plan:
         self.lasting: Dict[Action, Tuple[str, int]] = {}
         self.serving: Dict[str, Action] = {}
         self.limits: Dict[str, int] = {}
+        self.retries: Dict[Action, Tuple[int, int]] = {}
+        self.alarms: Dict[str, int] = {}
         beliefs: List[str] = []
         for text in self.symbols:
             if not text.startswith(_SORTED):
                 continue
             if text.startswith(_TIMES):
                 self._read_time(text)
+                continue
+            if text.startswith(_FAULTS):
+                self._read_fault(text)
                 continue
             if text.startswith(SHOWN):
                 beliefs.append(text)
@@ -128,6 +137,19 @@ class Plan:
             seconds = number(arguments[1])
             if seconds is not None:
                 self.limits[arguments[0]] = seconds
+
+    def _read_fault(self, text: str) -> None:
+        """Reads an atom about failures; ignores one of another form."""
+        name, arguments = split_term(text)
+        seconds = number(arguments[-1]) if arguments else None
+        if seconds is None:
+            return
+        if (name, len(arguments)) == ("retries", 3):
+            action, count = _action(arguments[0]), number(arguments[1])
+            if action is not None and count is not None:
+                self.retries[action] = max(0, count), max(0, seconds)
+        elif (name, len(arguments)) == ("tell_later", 2):
+            self.alarms[arguments[0]] = max(0, seconds)
 
     def actions(self, step: int) -> Sequence[Action]:
         """Returns the actions of a step."""

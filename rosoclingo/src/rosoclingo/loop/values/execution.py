@@ -82,6 +82,8 @@ class Execution:
         reminded: When its silence was logged last, as ``began``.
         kind: What the encoding calls such actions; empty if it does not say how long they take.
         seconds: How long it takes by the plan.
+        retries: How often it is tried again after a failure, by the plan.
+        pause: How long before each of these, in seconds.
         is_timed: Whether its answer will come when it is through.
         is_enqueued: Whether its timeout, or the end of its pause, is in the inbox or taken.
         aborted: Whether it is to stop.
@@ -109,6 +111,8 @@ class Execution:
     reminded: float = 0.0
     kind: str = ""
     seconds: int = 0
+    retries: int = 0
+    pause: int = 0
     is_timed: bool = True
     is_enqueued: bool = False
     aborted: bool = False

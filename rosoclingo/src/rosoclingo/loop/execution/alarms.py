@@ -1,0 +1,68 @@
+"""Alarms: messages that an encoding is told after a time, such as that a way is free again.
+
+A plan shows which ones it waits for. Each is due so many seconds after it was first shown, and is
+forgotten when a plan shows it no more:
+
+>>> alarms = Alarms()
+>>> alarms.set({"unblocked(a,b)": 60}, now=100.0)
+>>> alarms.set({"unblocked(a,b)": 60, "unblocked(b,c)": 30}, now=150.0)
+>>> alarms.take_due(159.0), alarms.take_due(160.0), alarms.take_due(161.0)
+([], ['unblocked(a,b)'], [])
+>>> alarms.due
+{'unblocked(a,b)': 160.0, 'unblocked(b,c)': 180.0}
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Dict, List, Mapping
+
+
+@dataclass
+class Alarms:
+    """The alarms that are set; all of it is saved. Only the loop's thread uses it.
+
+    Attributes:
+        due: When each is due, in seconds of the world's time, by messages.
+        last: The latest time that is known, likewise; a clock that is behind it has begun anew.
+        sent: The messages that were sent, and are still set.
+    """
+
+    due: Dict[str, float] = field(default_factory=dict)
+    last: float = 0.0
+    sent: List[str] = field(default_factory=list)
+
+    def set(self, seconds: Mapping[str, int], now: float) -> None:
+        """Sets alarms, and forgets all others; those that were set before are due when they were.
+
+        Args:
+            seconds: In how many seconds each new one is due, by messages.
+            now: The world's time, in seconds.
+        """
+        self._follow(now)
+        self.due = {one: self.due.get(one, now + after) for one, after in seconds.items()}
+        self.sent = [one for one in self.sent if one in self.due]
+
+    def take_due(self, now: float) -> List[str]:
+        """Returns the messages that are due and were not returned before.
+
+        Args:
+            now: The world's time, in seconds.
+        """
+        if not self.due:
+            return []
+        self._follow(now)
+        due = [one for one, at in self.due.items() if at <= now and one not in self.sent]
+        self.sent += due
+        return due
+
+    def _follow(self, now: float) -> None:
+        """Moves alarms with a clock that begins anew, as that of a simulator."""
+        if now < self.last:
+            self.due = {one: at + now - self.last for one, at in self.due.items()}
+        self.last = now
+
+    def next(self) -> float:
+        """Returns when the next one is due, in seconds of the world's time; infinite if none is."""
+        return min((at for one, at in self.due.items() if one not in self.sent), default=math.inf)
