@@ -41,7 +41,9 @@ AIMS = ((True, True), (True, True), (True, False), (False, True), (False, False)
 class Improver:
     """Improves plans of a task. Used by one thread at a time."""
 
-    def __init__(self, task: tuple, stop, evaluations: int = 10**9, search=None) -> None:
+    def __init__(
+        self, task: tuple, stop, evaluations: int = 10**9, search=None, standing=None
+    ) -> None:
         """Prepares the search.
 
         Args:
@@ -49,7 +51,11 @@ class Improver:
             stop: Called without arguments, now and then; true ends the search.
             evaluations: How many states are looked at in all, about.
             search: A search of the task that is not used any more, as it takes time to make one.
+            standing: The plan that stands, of which better ones keep what is begun; None if nothing
+                is, see :class:`~rosoclingo.engine.standing.Standing`.
         """
+        self._standing = standing
+        self._first_value: tuple = ()
         domains, _, limits, _, requests, actions = task[:6]
         self._stop = stop
         self._most = evaluations
@@ -102,7 +108,7 @@ class Improver:
         trace: list = []
         met = self._execute(plan, trace)
         self._adopt(plan, trace, met, self._schedule(plan, met))
-        self._best = self._value
+        self._best = self._first_value = self._value
         self._eliminate()
         while not self._is_through and self._value > (0, 0):
             self._round()
@@ -206,6 +212,8 @@ class Improver:
         Among plans of one makespan, actuators that end early count, too: this leads to plans of a
         less makespan. A plan that is better than all before is reported and adopted in any case.
         """
+        if self._standing is not None and not self._standing.keeps(plan):
+            return False
         trace: list = []
         met = self._execute(plan, trace)
         if met is None:
@@ -217,7 +225,9 @@ class Improver:
         self._adopt(plan, trace, met, schedule)
         if value < self._best:
             self._best = value
-            self._report(plan)
+            standing = self._standing
+            if standing is None or standing.is_gain(self._first_value, value, plan):
+                self._report(plan)
         return after < before
 
     def _eliminate(self) -> None:

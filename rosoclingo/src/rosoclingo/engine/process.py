@@ -135,6 +135,7 @@ class SearchProcess:
         improve_seconds: float,
         bytes: int,  # noqa: A002
         plan: Optional[Sequence[int]] = None,
+        standing: Optional[Tuple[List[int], List[List[int]]]] = None,
         improve_evaluations: Optional[int] = None,
     ) -> None:
         """Starts the process, or takes the one that was started in advance.
@@ -145,6 +146,8 @@ class SearchProcess:
             improve_seconds: Processor time of the search for better plans, after the first.
             bytes: Address space that the process may have.
             plan: A plan that is known, so that only better ones are searched for.
+            standing: What better plans keep of that one, if anything: ``names`` and ``begun`` of
+                :class:`~rosoclingo.engine.standing.Standing`.
             improve_evaluations: How many states that search may look at; None for as many as the
                 search for the first plan, or for none if that has taken more than a moment.
 
@@ -167,6 +170,7 @@ class SearchProcess:
             "improve_evaluations": improve_evaluations,
             "moment": task.evaluations(_MOMENT_SECONDS),
             "plan": known,
+            "standing": standing,
         }
         self._input = marshal.dumps((tuple(task), options))
         self._process = _SPARE.take() or _start()

@@ -88,6 +88,7 @@ class TaskReader:
         new, limits, state, actions, moves = self._read(symbols)
         requests = _requests(new["wish"], limits)
         derivation = self._derivation
+        failed = tuple(choice for (choice,) in new["failed"])
         relevance = Relevance(state, moves.reserving(actions), requests, moves, derivation)
         return PlanningTask(
             state,
@@ -95,9 +96,10 @@ class TaskReader:
             relevance.actions,
             {slot: each for slot, each in requests.items() if slot not in relevance.hopeless},
             tuple(slot for slot in requests if slot in relevance.hopeless),
-            _left(followed, step, {choice for (choice,) in new["failed"]}),
+            _left(followed, step, failed),
             min(((int(n), slot) for slot, n in new["overdue"]), default=(0, ""))[1],
             derivation,
+            failed,
         )
 
     def obstacle(self, symbols: Iterable[str], plan: Iterable[str]) -> str:

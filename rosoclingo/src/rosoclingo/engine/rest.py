@@ -1,8 +1,9 @@
-"""Finds out whether what is left of a plan still leads to what is wanted."""
+"""Finds out whether the rest of a plan still leads to what is wanted, and what is begun of it."""
 
 from __future__ import annotations
 
-from typing import List, Mapping, Optional, Sequence, Set
+import contextlib
+from typing import Dict, List, Mapping, Optional, Sequence, Set
 
 from rosoclingo.engine.moves import Moves
 from rosoclingo.engine.task import Kind, PlanningTask, TaskAction, TaskFact, TaskState
@@ -35,6 +36,64 @@ def rest_of_plan(task: PlanningTask) -> Optional[List[int]]:
     if len(done.met) == len(task.requests):
         return walk.plan
     return _needed(task, walk.plan, done.met)
+
+
+def begun_of(task: PlanningTask, plan: List[int]) -> List[List[int]]:
+    """Returns what is begun of the plan that stands, for each actuator in order.
+
+    That is its next action, with the way to it, if that serves a request. Nothing is that has just
+    failed; nor is anything of a plan that is not executed yet, or if a request has waited too long,
+    which may break it.
+
+    Args:
+        task: The task.
+        plan: What is left of the plan.
+    """
+    begun: Dict[str, List[int]] = {}
+    through: Set[str] = set()
+    for number in _needed(task, plan, task.execute(plan).met) if _may_hold(task) else ():
+        action = task.actions[number]
+        if action.actuator not in through and not _has_failed(task, action.actuator):
+            begun.setdefault(action.actuator, []).append(number)
+            if not action.start:
+                through.add(action.actuator)
+    return [*begun.values()]
+
+
+def begun_plan(task: PlanningTask) -> List[int]:
+    """Returns as much of what is begun as is possible, where the rest of the plan is not."""
+    plan: List[int] = []
+    state = task.state
+    headed: Dict[str, str] = {}
+    through: Set[str] = set()
+    ways = {(a.actuator, a.name, a.start): n for n, a in enumerate(task.actions) if a.start}
+    choices = {f"{a.actuator},{a.name}": n for n, a in enumerate(task.actions) if not a.start}
+    for name, place in [one for layer in task.left for one in layer] if _may_hold(task) else ():
+        if place:
+            headed[name] = place
+        if place or name not in choices:
+            continue
+        actuator = task.actions[choices[name]].actuator
+        if actuator in through or _has_failed(task, actuator):
+            continue
+        through.add(actuator)
+        more = [choices[name]]
+        here = state.values.get(f"at({actuator})", "")
+        if headed.get(actuator, here) != here:
+            more.insert(0, ways.get((actuator, headed[actuator], here), -1))
+        with contextlib.suppress(TaskError):
+            if -1 not in more:
+                state = task.execute([*plan, *more]).state
+                plan += more
+    return plan
+
+
+def _may_hold(task: PlanningTask) -> bool:
+    return task.is_begun and task.elder not in task.requests
+
+
+def _has_failed(task: PlanningTask, actuator: str) -> bool:
+    return any(choice.startswith(f"{actuator},") for choice in task.failed)
 
 
 def first_obstacle(

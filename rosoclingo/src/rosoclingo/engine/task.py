@@ -123,6 +123,8 @@ class PlanningTask:
         left: What is left of the plan before, in order.
         elder: The request that has waited longest of those that have waited too long; else empty.
         derivation: The variables whose values follow from those of others.
+        failed: The actions that have just failed, each after its actuator and a comma.
+        is_begun: Whether what is left of the plan before is being executed.
     """
 
     state: TaskState
@@ -133,6 +135,8 @@ class PlanningTask:
     left: Sequence[Sequence[TaskFact]] = ()
     elder: str = ""
     derivation: Derivation = UNDERIVED
+    failed: Tuple[str, ...] = ()
+    is_begun: bool = True
 
     def execute(self, plan: Sequence[int]) -> Executed:
         """Does actions in an order.

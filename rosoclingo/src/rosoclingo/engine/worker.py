@@ -10,10 +10,11 @@ fast.
 Standard input has ``(task, options)``, marshalled, where the task is the tuple of a
 :class:`~rosoclingo.engine.flat.FlatTask`. The options are ``seconds``, the processor time of the
 search for a first plan, and ``improve_seconds``, that of the search for better ones; ``plan``, one
-that is known, so that only better ones are searched for, else None; and ``improve_evaluations``,
-how many states that search may look at; None for as many as the search for the first plan, if these
-are at most ``moment``, and else for none. After ``moment`` states, a search for all requests is
-interrupted by one for one after the other.
+that is known, so that only better ones are searched for, else None; ``standing``, what these keep
+of it, the ``names`` and ``begun`` of :class:`~rosoclingo.engine.standing.Standing`, or None; and
+``improve_evaluations``, how many states that search may look at; None for as many as the search for
+the first plan, if these are at most ``moment``, and else for none. After ``moment`` states, a
+search for all requests is interrupted by one for one after the other.
 
 Standard output has records, each with its length before it, in four bytes with the lowest first. A
 record is a marshalled list of the indices of a plan's actions, or a tuple of them if it meets only
@@ -92,7 +93,12 @@ def search(task: tuple, options: dict, parent: int) -> str:
                 most = first.evaluations if first.evaluations <= options["moment"] else 0
         if options["improve_seconds"] > 0:
             limit = Limit(parent, options["improve_seconds"])
-            Improver(task, limit, most, first).improve(plan, write)
+            standing = options["standing"]
+            if standing is not None:
+                from rosoclingo.engine.standing import Standing  # noqa: PLC0415
+
+                standing = Standing(plan, [action[5] for action in task[5]], *standing)
+            Improver(task, limit, most, first, standing).improve(plan, write)
     except OutOfTimeError:
         return SearchEnd.OUT_OF_TIME
     except MemoryError:

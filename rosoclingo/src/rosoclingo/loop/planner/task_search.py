@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import enum
 import gc
+import math
 from dataclasses import dataclass, replace
 from typing import Callable, Container, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
 
@@ -19,7 +20,7 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.engine.flattening import flatten
 from rosoclingo.engine.process import SearchProcess, prepare_search
 from rosoclingo.engine.reading import TaskReader, plan_rows
-from rosoclingo.engine.rest import rest_of_plan
+from rosoclingo.engine.rest import begun_of, begun_plan, rest_of_plan
 from rosoclingo.engine.task import PlanningTask
 from rosoclingo.engine.worker import SearchEnd
 from rosoclingo.errors import SearchProcessError, TaskError
@@ -47,6 +48,7 @@ _SECONDS = 60.0  # of processor time, which it has in all
 _BYTES = 2**31
 _SHOWN_SECONDS = 1.25  # of processor time, after which a first better plan is shown
 _POLL_SECONDS = 0.01
+_MOMENT_SECONDS = 0.15  # of work, for the place of new requests in the plan that stands
 
 
 def task_of(symbols: Sequence[str]) -> str:
@@ -83,10 +85,13 @@ class FollowedPlan:
     Attributes:
         followed: Its actions, as the encoding shows them.
         passed: How many of its steps there were before the last reset.
+        since: The step, counted as those of the plan, since which such plans are followed without
+            a break.
     """
 
     followed: Tuple[str, ...] = ()
     passed: int = 0
+    since: int = 0
 
 
 @dataclass(eq=False)
@@ -114,6 +119,7 @@ class TaskSearch:
         self._attempt: Optional[_Attempt] = None  # a search that takes long
         self._shown = 0  # better plans since the first one
         self._symbols: Sequence[str] = ()  # the answer set that shows the task
+        self._since = 0  # since when plans are followed, if there is one for the last task
 
     def read_facts(self, ground: Callable[[Sequence[wire.Part]], wire.Command]) -> None:
         """Reads what the encoding says in base, unless that is known.
@@ -135,13 +141,15 @@ class TaskSearch:
     def follow(self, symbols: Sequence[str]) -> None:
         """Takes a plan as the one that is followed from now on."""
         state = self.state()
-        state.followed, state.passed = plan_rows(symbols), 0
+        state.followed, state.passed, state.since = plan_rows(symbols), 0, self._since
 
     def read(self, symbols: Sequence[str], step: int) -> PlanningTask:
         """Returns the task that an answer set shows in a step."""
         state = self.state()
         with _no_collection():
-            return self._reader.read(symbols, state.followed, state.passed + step)
+            task = self._reader.read(symbols, state.followed, state.passed + step)
+        self._since = state.since - state.passed if task.left else step
+        return replace(task, is_begun=self._since < step)
 
     def find(
         self, symbols: Sequence[str], step: int, stopped: Callable[[], bool], patience: float
@@ -246,6 +254,8 @@ class TaskSearch:
             return SearchEnded(Ended.NOTHING)
         task = self.read(symbols, step)
         plan = rest_of_plan(task) if task.left else []
+        if plan is None and seconds:
+            plan = begun_plan(task)
         if plan is None:
             return SearchEnded(Ended.NOTHING)
         before, before_met = found(number, task, plan), task.execute(plan).met
@@ -265,31 +275,65 @@ class TaskSearch:
     def _improve(
         self, task: PlanningTask, plan: List[int], stopped: Callable[[], bool]
     ) -> Optional[List[int]]:
-        first = 0  # a request that has waited too long is met as soon as by the plan
-        if task.elder in task.requests:
-            first = task.execute(plan).met.get(task.elder, 0)
-        kept = plan[:first]
-        done = task.execute(kept)
-        rest = {s: request for s, request in task.requests.items() if s not in done.met}
-        flat = flatten(replace(task, state=done.state, requests=rest))
         enough = _SHOWN_SECONDS * 2**self._shown
-        process = SearchProcess(
-            flat,
-            seconds=0.0,
-            improve_seconds=_MOST_WORK * _IMPROVE_SECONDS,
-            improve_evaluations=flat.evaluations(_IMPROVE_SECONDS),
-            bytes=_BYTES,
-            plan=plan[first:],
-        )
-        with contextlib.closing(process):
-            prepare_search()  # for when news ends this one
-            while not (process.has_ended or stopped()):
-                process.wait(_POLL_SECONDS)
-                if process.plans_found and process.has_used(enough):
-                    break
-            better = process.latest()
+        better = _improved(task, plan, stopped, rest=plan, work=_IMPROVE_SECONDS, enough=enough)
         self._shown += better is not None
-        return None if better is None else [*kept, *better]
+        return better
+
+
+def _improved(
+    task: PlanningTask,
+    plan: List[int],
+    stopped: Callable[[], bool],
+    *,
+    rest: List[int],
+    work: float,
+    enough: float = math.inf,
+) -> Optional[List[int]]:
+    """Returns a better plan than the one that stands, which keeps what is begun; None without one.
+
+    Args:
+        task: The task.
+        plan: What is left of the plan that stands, with what was added to it.
+        stopped: Whether the search has to end.
+        rest: What is left of the plan that stands.
+        work: For how long it searches, in seconds of work.
+        enough: After how many seconds of processor time it ends if it has a better plan.
+    """
+    first = 0  # a request that has waited too long is met as soon as by the plan
+    if task.elder in task.requests:
+        first = task.execute(plan).met.get(task.elder, 0)
+    kept = plan[:first]
+    done = task.execute(kept)
+    open_ones = {s: request for s, request in task.requests.items() if s not in done.met}
+    flat = flatten(replace(task, state=done.state, requests=open_ones))
+    process = SearchProcess(
+        flat,
+        seconds=0.0,
+        improve_seconds=_MOST_WORK * work,
+        improve_evaluations=flat.evaluations(work),
+        bytes=_BYTES,
+        plan=plan[first:],
+        standing=(_names(task, rest), begun_of(task, rest)),
+    )
+    with contextlib.closing(process):
+        prepare_search()  # for when news ends this one
+        while not (process.has_ended or stopped()):
+            process.wait(_POLL_SECONDS)
+            if process.plans_found and process.has_used(enough):
+                break
+        better = process.latest()
+    return None if better is None else [*kept, *better]
+
+
+def _names(task: PlanningTask, rest: Sequence[int]) -> List[int]:
+    """Returns a number for each action, the same one for the same action of several actuators.
+
+    It is -1 for ways, and for what the rest of a plan does not have.
+    """
+    actions = task.actions
+    numbers = {actions[index].name: index for index in rest if not actions[index].start}
+    return [-1 if one.start else numbers.get(one.name, -1) for one in actions]
 
 
 class _Result(enum.Enum):
@@ -332,11 +376,15 @@ class _Attempt:
             self.plan = rest
             result = self._search(self._task.requests, seconds)
         if result is _Result.NO_PLAN:
-            self.plan = []
+            self.plan = begun_plan(self._task)
             if self._task.elder in self._task.requests:
                 self._search([self._task.elder], seconds)
                 self.close()  # if that is late, the others need not wait, too
-            result = self._search(self._task.requests, seconds)
+            elif self.plan:
+                result = self._search(self._task.requests, seconds)
+                self.plan = [] if result is _Result.NO_PLAN else self.plan
+            if result is _Result.NO_PLAN:
+                result = self._search(self._task.requests, seconds)
         if result is _Result.LATE:
             if not (self._is_alone or self._task.execute(self.plan).met):
                 return None
@@ -344,6 +392,8 @@ class _Attempt:
             return found(self._number, self._task, self.plan)
         if result is _Result.NO_PLAN:
             self.go_further(rest or [], _ALONE_SECONDS)
+        if rest and result is _Result.MET and self.plan != rest:
+            self._insert(rest)
         return found(self._number, self._task, self.plan, missing=self.missing)
 
     def go_further(self, plan: List[int], seconds: float, last: Container[str] = ()) -> _Attempt:
@@ -362,6 +412,12 @@ class _Attempt:
                 self.close()
                 self.missing += 1
         return self
+
+    def _insert(self, rest: List[int]) -> None:
+        """Gives what was appended to the rest of the plan its place, as far as it is found soon."""
+        work = self._patience or _MOMENT_SECONDS
+        better = _improved(self._task, self.plan, self._stopped, rest=rest, work=work)
+        self.plan = self.plan if better is None else better
 
     def go_on(self) -> Optional[SearchEnded]:
         """Takes the result of the search that took long."""
