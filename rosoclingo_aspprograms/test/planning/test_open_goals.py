@@ -19,9 +19,13 @@ from draws import draws
 from episode import DYN_RESET, RECORDING, RESET, SINGLE, Request
 from test_actions import World, write
 
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner import layers
+from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, Planner
 from rosoclingo.loop.planner.task_search import TaskSearch
+from rosoclingo.loop.values.atoms import Plan
 
 SHARE, PERIOD = 0.2, 0.05  # of a processor, and of the seconds for which that is counted
 SEEDS = draws(list(range(2)), 10, "SLOW_EPISODES", 1)
@@ -198,6 +202,32 @@ def test_what_is_excluded_is_not_looked_for_again(tmp_path: Path) -> None:
     assert not planner.is_short
     searches = [e.event for e in world.journal if isinstance(e.event, SearchEnded)]
     assert Ended.BETTER not in [one.how for one in searches]
+
+
+BUDGET = """
+#include "{actions}".
+#program base.
+job(a,6;b,5;c,5). number(fuel,10). initially(done(J),no) :- job(J,N).
+action(r,do(J)) :- job(J,N). uses(r,do(J),fuel,N) :- job(J,N).
+sets(r,do(J),done(J),yes) :- job(J,N).
+request(do(J)) :- job(J,N). wants(do(J),done(J),yes) :- job(J,N).
+"""
+
+
+def test_another_order_meets_more_requests(tmp_path: Path) -> None:
+    """There is enough for the second and the third one, and not if the first one is met.
+
+    None of them is refuted alone, so they are looked for until that is known.
+    """
+    planner = Planner(Engine(Options((write(tmp_path, BUDGET),), ())), DEFAULT_PATIENCE)
+    planner.begin()
+    planner.tell([f"event({slot},do({job}),0)" for slot, job in enumerate("abc", 1)])
+    plan = Plan(planner.search(0, 10_000, lambda: False).symbols)
+    assert [one.name for one in plan.actions_from(0)] == ["do(a)"]
+    assert planner.is_short
+    better = planner.improve(0, lambda: False)
+    assert better is not None
+    assert [one.name for one in Plan(better.symbols).actions_from(0)] == ["do(b)", "do(c)"]
 
 
 if __name__ == "__main__":

@@ -262,7 +262,8 @@ class TaskSearch:
         if before.missing and seconds:
             more = _Attempt(number, task, stopped).go_further(plan, seconds)
             if len(more.plan) == len(plan):  # perhaps what it does first excludes the others
-                more = _Attempt(number, task, stopped).go_further([], seconds, last=before_met)
+                begun = begun_plan(task)
+                more = _Attempt(number, task, stopped).go_further(begun, seconds, last=before_met)
             is_better = len(task.execute(more.plan).met) > len(before_met)
             how = Ended.BETTER if is_better else Ended.AS_BEFORE
             ended = found(number, task, more.plan if is_better else plan)
@@ -392,6 +393,9 @@ class _Attempt:
             return found(self._number, self._task, self.plan)
         if result is _Result.NO_PLAN:
             self.go_further(rest or [], _ALONE_SECONDS)
+            unmet = len(self._task.requests) - len(self._task.execute(self.plan).met)
+            if unmet > 1:  # in another order, more of them may be met
+                self.missing = unmet
         if rest and result is _Result.MET and self.plan != rest:
             self._insert(rest)
         return found(self._number, self._task, self.plan, missing=self.missing)
