@@ -6,7 +6,16 @@ import random
 from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosoclingo.engine.flat import FlatAction, FlatNumbers, FlatPairs, FlatRequest, FlatTask
-from rosoclingo.engine.kinds import ADDS, BECOMES, NEEDS_LEAST, NEEDS_MOST, TAKES
+from rosoclingo.engine.kinds import (
+    ADDS,
+    BECOMES,
+    COST,
+    MAKESPAN,
+    NEEDS_LEAST,
+    NEEDS_MOST,
+    TAKES,
+    WAITS,
+)
 
 
 class Moment(NamedTuple):
@@ -255,6 +264,26 @@ def has_plan(task: FlatTask) -> bool:
     return False
 
 
+def random_timed_task(draw: random.Random, *, actors: int = 2, actions: int = 20) -> FlatTask:
+    """Draws a task that counts seconds, without values that are kept for some time only."""
+    task = random_task(draw, actors=actors, actions=actions)
+    requests = range(len(task.requests))
+    return task._replace(
+        durations=[draw.randint(0, 9) for _ in task.actions],
+        due=[
+            (one, draw.randint(-5, 30), draw.randint(0, 3))
+            for one in requests
+            if draw.random() < 0.7
+        ],
+        ready=[
+            (variable, draw.randrange(size), draw.randint(1, 20))
+            for variable, size in enumerate(task.domains)
+            if draw.random() < 0.3
+        ],
+        aim=(draw.randrange(3), draw.choice([0, 0, 1, 2])),
+    )
+
+
 class Item(NamedTuple):
     """An action, or a request that becomes met, with things by what it has to do with them."""
 
@@ -326,6 +355,7 @@ class Schedule:
     def __init__(self, task: FlatTask) -> None:
         self._task = task
         self._ended: List[Tuple[Item, int]] = []
+        self.met: Dict[int, int] = {}  # when each request is met
         self._actors: Dict[int, int] = {}
         self.makespan = 0
         self._add_met((False,) * len(task.requests), begin(task).met)
@@ -333,6 +363,7 @@ class Schedule:
     def copy(self) -> Schedule:
         other = Schedule(self._task)
         other._ended, other._actors = list(self._ended), dict(self._actors)
+        other.met = dict(self.met)
         other.makespan = self.makespan
         return other
 
@@ -345,34 +376,56 @@ class Schedule:
     def _begin(self, item: Item) -> int:
         return max((end for other, end in self._ended if waits(item, other)), default=0)
 
+    def _add(self, item: Item, end: int, effects: Sequence[Tuple[FlatPairs, int, int]]) -> None:
+        """Adds an item; what it writes may be ready later than that is through."""
+        late = {}
+        for variable, value, seconds in self._task.ready:
+            if any(pair[1:] == (variable, value) for pair in effects):
+                late[variable] = end + seconds
+        self._ended.append((item._replace(writes=item.writes - frozenset(late)), end))
+        for variable, ready in late.items():
+            nothing: frozenset = frozenset()
+            only = Item(nothing, frozenset([variable]), *[nothing] * 4)
+            self._ended.append((only, ready))
+
     def add(self, index: int, before: Moment, following: Moment) -> None:
         item = with_basis(self._task, item_of_action(self._task, index))
         cost, actor = self._task.actions[index][4:]
-        end = max(self._begin(item), self._actors.get(actor, 0) if actor >= 0 else 0) + cost
-        self._ended.append((item, end))
+        lasts = self._task.durations[index] if self._task.durations else cost
+        end = max(self._begin(item), self._actors.get(actor, 0) if actor >= 0 else 0) + lasts
+        self._add(item, end, self._task.actions[index][2])
         if actor >= 0:
             self._actors[actor] = end
         self.makespan = max(self.makespan, end)
         self._add_met(before.met, following.met)
 
     def _add_met(self, before: Sequence[bool], met: Sequence[bool]) -> None:
+        new = [number for number, was in enumerate(before) if met[number] and not was]
         items = [
-            with_basis(self._task, item_of_request(self._task, request))
-            for request, was, now in zip(self._task.requests, before, met)
-            if now and not was
+            with_basis(self._task, item_of_request(self._task, self._task.requests[number]))
+            for number in new
         ]
         times = [self._begin(item) for item in items]
         self._ended += zip(items, times)
+        self.met.update(zip(new, times))
 
 
-def value_of(task: FlatTask, plan: Sequence[int]) -> Tuple[int, int]:
-    """Returns makespan and cost of a plan."""
+def value_of(task: FlatTask, plan: Sequence[int]) -> Tuple[int, ...]:
+    """Returns makespan and cost of a plan, or the value that it has in seconds."""
     moments = run(task, plan)
     assert moments is not None
     schedule = Schedule(task)
     for index, before, following in zip(plan, moments, moments[1:]):
         schedule.add(index, before, following)
-    return schedule.makespan, sum(task.actions[index][4] for index in plan)
+    cost = sum(task.actions[index][4] for index in plan)
+    if not task.durations:
+        return schedule.makespan, cost
+    late = sum(weight * max(0, schedule.met[one] - due) for one, due, weight in task.due)
+    makespan = max([schedule.makespan, *schedule.met.values()])
+    preferred = {WAITS: sum(schedule.met.values()), MAKESPAN: makespan, COST: cost}[task.aim[0]]
+    rest = makespan if task.aim[0] == COST else cost
+    together = task.aim[1]
+    return (0, late + together * preferred, rest) if together else (0, late, preferred, rest)
 
 
 def least_makespan(task: FlatTask, bound: int) -> int:

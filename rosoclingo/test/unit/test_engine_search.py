@@ -46,7 +46,7 @@ def improved(task: FlatTask, looks: int) -> List[List[int]]:
 
 
 Draw = Callable[..., FlatTask]
-DRAWN = [judge.random_task, judge.random_derived_task]
+DRAWN = [judge.random_task, judge.random_derived_task, judge.random_timed_task]
 
 
 def solvable_tasks(

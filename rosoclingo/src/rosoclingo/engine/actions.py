@@ -22,7 +22,7 @@ from rosoclingo.engine.task import Change, Kind, TaskAction, TaskFact
 
 _CONDITION, _EFFECT, _FILLS = "condition", "sets_if", "fills"
 _OF_ACTIONS = ("action", "needs", "other", "sets", _FILLS, "uses", "gives", "least", "most",
-               "occupies", "costs", _CONDITION, _EFFECT)  # fmt: skip
+               "occupies", "costs", "duration", _CONDITION, _EFFECT)  # fmt: skip
 
 
 class ActionReader:
@@ -72,7 +72,7 @@ class ActionReader:
 class _Said:
     """Collects what is said of one action."""
 
-    __slots__ = ("changes", "costs", "needs", "numbers", "occupies", "others", "turns")
+    __slots__ = ("changes", "costs", "durations", "needs", "numbers", "occupies", "others", "turns")
 
     def __init__(self) -> None:
         self.needs: List[TaskFact] = []
@@ -82,6 +82,7 @@ class _Said:
         self.turns: Dict[str, Set[int]] = {}
         self.occupies: List[str] = []
         self.costs: Set[int] = set()
+        self.durations: Set[int] = set()
 
 
 def _read_actions(rows: TaskRows, limits: Mapping[str, int]) -> Iterator[Tuple[str, TaskAction]]:
@@ -120,6 +121,8 @@ def _read_actions(rows: TaskRows, limits: Mapping[str, int]) -> Iterator[Tuple[s
         said[choice].occupies.append(what)
     for choice, cost in _known(rows["costs"], said):
         said[choice].costs.add(number(cost) or 0)
+    for choice, seconds in _known(rows["duration"], said):
+        said[choice].durations.add(level_of(seconds))
     conditions: DefaultDict[Tuple[str, str], List[TaskFact]] = defaultdict(list)
     for choice, index, variable, value in rows[_CONDITION]:
         conditions[choice, index].append((variable, value))
@@ -155,6 +158,8 @@ def _action(choice: str, one: _Said, limits: Mapping[str, int]) -> Optional[Task
     for facts in (set(one.needs), set_values):
         if len(dict(facts)) < len(facts):
             return None
+    if -1 in one.durations:
+        return None
     for (kind, name), amount in one.numbers.items():
         is_bounded = amount < 0 if kind is Kind.MOST else amount > limits[name]
         changes_twice = kind in (Kind.TAKES, Kind.ADDS) and name in one.turns
@@ -175,4 +180,5 @@ def _action(choice: str, one: _Said, limits: Mapping[str, int]) -> Optional[Task
         numbers=tuple((kind, name, amount) for (kind, name), amount in one.numbers.items()),
         occupies=tuple(one.occupies),
         cost=sum(one.costs) if one.costs else 1,
+        seconds=max(one.durations, default=1),
     )

@@ -51,6 +51,16 @@ class FlatTask(NamedTuple):
             values of its own stratum that are there without rules.
         occupied: For each action, numbers of what no two actions may occupy or change at the same
             time, beside what they need and change; empty if there is nothing like that.
+        durations: The seconds that each action takes; empty if the task counts none, and actions
+            last as long as they cost.
+        due: Deadlines of requests, each as ``(request, seconds, weight)``.
+        ready: Values that variables get some time after the action that sets them has ended, each
+            as ``(variable, value, seconds)``.
+        keeps: Values that variables keep for some time at most, until the action begins that sets
+            another one, each as ``(variable, value, seconds)``.
+        aim: Of a task that counts seconds, what is minimised after lateness, as a constant of
+            :mod:`rosoclingo.engine.kinds`; and if it is minimised together with lateness, the value
+            of each second or unit of it, else 0.
     """
 
     domains: List[int]
@@ -62,6 +72,11 @@ class FlatTask(NamedTuple):
     strata: Tuple[FlatPairs, ...] = ()
     rules: Tuple[FlatRule, ...] = ()
     occupied: List[List[int]] = []  # noqa: RUF012 (nothing changes it)
+    durations: List[int] = []  # noqa: RUF012
+    due: List[Tuple[int, int, int]] = []  # noqa: RUF012
+    ready: List[Tuple[int, int, int]] = []  # noqa: RUF012
+    keeps: List[Tuple[int, int, int]] = []  # noqa: RUF012
+    aim: Tuple[int, int] = (0, 0)
 
     def evaluations(self, seconds: float) -> int:
         """Returns how many states a search looks at in so many seconds of a processor, about.

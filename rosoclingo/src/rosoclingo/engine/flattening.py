@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import DefaultDict, Dict, List, Set, Tuple
+from typing import Any, DefaultDict, Dict, List, Set, Tuple
 
+from rosoclingo.engine import kinds
 from rosoclingo.engine.derived import NO, YES, Rule
 from rosoclingo.engine.flat import FlatAction, FlatEffects, FlatPairs, FlatRule, FlatTask
 from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest
+
+_AIMS = {"waits": kinds.WAITS, "makespan": kinds.MAKESPAN, "cost": kinds.COST}
 
 
 def flatten(task: PlanningTask) -> FlatTask:
@@ -70,7 +73,28 @@ class _Flattener:
             strata=tuple(strata),
             rules=tuple(rules),
             occupied=self._occupied(),
+            **self._times(),
         )
+
+    def _times(self) -> Dict[str, Any]:
+        """Returns the fields of a task that counts seconds."""
+        times = self._task.times
+        if times is None:
+            return {}
+        slots = {slot: number for number, slot in enumerate(self._task.requests)}
+        due = [
+            (slots[slot], seconds, times.weights.get(slot, 1))
+            for slot, seconds in times.due.items()
+            if slot in slots
+        ]
+        facts = self._facts  # nothing depends on the values that these do not have
+        return {
+            "durations": [action.seconds for action in self._task.actions],
+            "due": due,
+            "ready": [(*facts[f], n) for f, n in times.ready.items() if f in facts],
+            "keeps": [(*facts[f], n) for f, n in times.keeps.items() if f in facts],
+            "aim": (_AIMS.get(times.prefers, kinds.WAITS), times.together),
+        }
 
     def _occupied(self) -> List[List[int]]:
         """Returns what keeps actions of several actuators from going on at once.

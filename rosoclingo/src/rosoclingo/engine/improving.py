@@ -1,6 +1,9 @@
 # cython: language_level=3
 """Anytime improvement of a plan: large neighbourhood search for less makespan, then less cost.
 
+If a task counts seconds, lateness comes first, and then what the task prefers. Most of the work is
+then done by :mod:`~rosoclingo.engine.insertion`, if each request has chains.
+
 Each round leaves out actions that the plan does not need, reorders actions that do not depend on
 each other, and solves windows of the plan anew: the actions from one position to another are
 replaced by better ones that do what the rest of the plan needs. Now and then the whole plan is
@@ -19,7 +22,9 @@ plans, but does not change it.
 
 from array import array
 
+from rosoclingo.engine.insertion import inserter_of
 from rosoclingo.engine.regression import Regression, find_bases
+from rosoclingo.engine.scheduling import Scheduler
 from rosoclingo.engine.search import OutOfTimeError, Search
 from rosoclingo.engine.timing import Timetable
 
@@ -33,6 +38,8 @@ MOST_EVALUATIONS = 200_000
 MOST_WINDOW = 60  # actions, before windows are small again
 ROUNDS_IN_VAIN = 4  # before windows grow
 BUSY_FACTOR = 4
+INSERTION_SHARE = 4  # of the work in windows
+FIRST_INSERTIONS = 20_000  # in states of a search, before the first window
 NO_BOUND = 1 << 60
 # Whether the plan has to become shorter; whether waiting counts in the window, instead of costs.
 AIMS = ((True, True), (True, True), (True, False), (False, True), (False, False))
@@ -42,7 +49,13 @@ class Improver:
     """Improves plans of a task. Used by one thread at a time."""
 
     def __init__(
-        self, task: tuple, stop, evaluations: int = 10**9, search=None, standing=None
+        self,
+        task: tuple,
+        stop,
+        evaluations: int = 10**9,
+        search=None,
+        standing=None,
+        inserter=None,
     ) -> None:
         """Prepares the search.
 
@@ -53,6 +66,7 @@ class Improver:
             search: A search of the task that is not used any more, as it takes time to make one.
             standing: The plan that stands, of which better ones keep what is begun; None if nothing
                 is, see :class:`~rosoclingo.engine.standing.Standing`.
+            inserter: An :class:`~rosoclingo.engine.insertion.Inserter`.
         """
         self._standing = standing
         self._first_value: tuple = ()
@@ -67,16 +81,24 @@ class Improver:
         self._regression = Regression(task, bases)
         self._requests = len(requests)
         self._first_request = len(domains) + len(limits)
+        self._actions = actions
         self._actors = [action[5] for action in actions]
         self._all_actors = sorted(set(self._actors))
         self._is_sequential = len(self._all_actors) == 1 and self._all_actors[0] >= 0
         self._costs = [action[4] for action in actions]
-        self._set_costs(self._costs)
+        self._durations = task[9] or self._costs
+        self._scheduler = Scheduler(task, self._table) if task[9] else None
+        self._inserter = inserter or inserter_of(task)
+        self._inserted = 0 if self._inserter is None else self._inserter.evaluations
+        self._keeps = {(variable, value): seconds for variable, value, seconds in task[12]}
+        self._lags = {(variable, value): seconds for variable, value, seconds in task[11]}
+        self._set_costs(self._durations)
         self._random = 1
         self._report = lambda _: None
         self._best: tuple = ()
         self._plan: list = []
         self._value: tuple = ()
+        self._makespan = 0
         self._busy = 0  # the sum of the times at which actuators end, and of costs
         self._trace: list = []
         self._met: list = []  # the requests that become met, by position
@@ -89,9 +111,14 @@ class Improver:
         self._is_through = False
 
     def value(self, plan: list):
-        """Returns the makespan and the total cost of a plan, None if it is none."""
-        met = self._execute(plan, [])
-        return None if met is None else self._schedule(plan, met)[0]
+        """Returns the value of a plan, which is to be as small as possible; None if it is none.
+
+        That is its makespan and its total cost, unless the task counts seconds, see
+        :meth:`~rosoclingo.engine.scheduling.Scheduler.value`.
+        """
+        trace: list = []
+        met = self._execute(plan, trace)
+        return None if met is None else self._schedule(plan, trace, met)[0]
 
     def improve(self, plan: list, report) -> None:
         """Looks for better and better plans, until it does not know how to go on.
@@ -107,13 +134,34 @@ class Improver:
         self._report = report
         trace: list = []
         met = self._execute(plan, trace)
-        self._adopt(plan, trace, met, self._schedule(plan, met))
+        self._adopt(plan, trace, met, self._schedule(plan, trace, met))
         self._best = self._first_value = self._value
         self._eliminate()
-        while not self._is_through and self._value > (0, 0):
+        while not self._is_through and any(self._value):
             self._round()
 
+    @property
+    def _evaluations_left(self) -> int:
+        used = self._search.evaluations
+        if self._inserter is not None:
+            used += self._inserter.evaluations - self._inserted
+        return self._most - used
+
+    def _insert_anew(self) -> None:
+        """Improves the plan by insertion, for longer than windows have been solved until now."""
+        inserter = self._inserter
+        if inserter is None or not inserter.begin_with(self._plan):
+            return
+        enough = INSERTION_SHARE * self._search.evaluations + FIRST_INSERTIONS
+        while inserter.evaluations - self._inserted < enough and self._evaluations_left > 0:
+            if self._stop():
+                raise OutOfTimeError
+            plan = inserter.round()
+            if plan is not None:
+                self._try(plan)
+
     def _round(self) -> None:
+        self._insert_anew()
         self._reorder()
         if not self._is_sequential:
             self._choose_costs()
@@ -145,7 +193,7 @@ class Improver:
 
     def _choose_costs(self) -> None:
         """Takes the costs of the actions as they are, or higher for actuators that are busy."""
-        costs = list(self._costs)
+        costs = list(self._durations)
         if self._draw((True, False)):
             slots = self._table.start()
             self._table.add(self._items(self._plan, self._met), slots)
@@ -181,12 +229,42 @@ class Improver:
                     break
         return met
 
-    def _schedule(self, plan: list, met: list) -> tuple:
-        """Returns makespan and cost, and the sum of when each actuator has ended, and of costs."""
+    def _schedule(self, plan: list, trace: list, met: list) -> tuple:
+        """Returns the value, the makespan, and the sum of costs and of when each actuator ends."""
+        if self._scheduler is not None:
+            timed = self._scheduler
+            timed.time(self._items(plan, met), self._spans(plan, trace, met))
+            busy = timed.busy + timed.times_of_actors(self._table.first_actor, self._all_actors)
+            return timed.value(), timed.makespan, busy
         slots = self._table.start()
         ends = self._table.add(self._items(plan, met), slots)
         cost = sum([self._costs[index] for index in plan])
-        return (max(ends, default=0), cost), cost + sum(self._actor_slots(slots))
+        makespan = max(ends, default=0)
+        return (makespan, cost), makespan, cost + sum(self._actor_slots(slots))
+
+    def _spans(self, plan: list, trace: list, met: list) -> list:
+        """Returns from where to where in the items a value is kept for a limited time."""
+        spans: list = []
+        items = [len(met[0]) - 1]  # of the state before each action, the item that led there
+        for requests in met[1:]:
+            items.append(items[-1] + 1 + len(requests))
+        for (variable, value), seconds in self._keeps.items():
+            lag = self._lags.get((variable, value), 0)
+            since = -1 if trace[0][variable] == value else None
+            for position, index in enumerate(plan):
+                changed = [
+                    one
+                    for conditions, one, _ in self._actions[index][2]
+                    if one == variable
+                    and not [1 for each, wanted in conditions if trace[position][each] != wanted]
+                ]
+                if not changed:
+                    continue
+                item = items[position] + 1
+                if since is not None:
+                    spans.append((since, item, seconds, lag))
+                since = item if trace[position + 1][variable] == value else None
+        return spans
 
     def _actor_slots(self, slots) -> list:
         first = self._table.first_actor
@@ -204,7 +282,7 @@ class Improver:
     def _adopt(self, plan: list, trace: list, met: list, schedule: tuple) -> None:
         """Makes a valid plan the current one."""
         self._plan, self._trace, self._met = plan, trace, met
-        self._value, self._busy = schedule
+        self._value, self._makespan, self._busy = schedule
 
     def _try(self, plan: list) -> bool:
         """Adopts a plan if it is valid and not worse; tells whether it is better.
@@ -218,8 +296,8 @@ class Improver:
         met = self._execute(plan, trace)
         if met is None:
             return False
-        value, busy = schedule = self._schedule(plan, met)
-        before, after = (self._value[0], self._busy), (value[0], busy)
+        value, _, busy = schedule = self._schedule(plan, trace, met)
+        before, after = (*self._value[:-1], self._busy), (*value[:-1], busy)
         if after > before and value >= self._best:
             return False
         self._adopt(plan, trace, met, schedule)
@@ -281,7 +359,7 @@ class Improver:
             )
         if not better:
             self._whole_searches += 1
-            if self._search.is_exhausted and self._is_sequential:
+            if self._search.is_exhausted and self._is_sequential and self._scheduler is None:
                 self._is_through = True
         return better
 
@@ -310,12 +388,12 @@ class Improver:
             timing: None, or what the window has to cost less than, and times, see
                 :meth:`~rosoclingo.engine.search.Search.find_within`.
         """
-        evaluations = min(evaluations, self._most - self._search.evaluations)
+        evaluations = min(evaluations, self._evaluations_left)
         if evaluations <= 0:
             self._is_through = True
             return False
         if timing is None:
-            timing = sum([self._costs[index] for index in self._plan[begin:end]]), None
+            timing = sum([self._drawn_costs[index] for index in self._plan[begin:end]]), None
         values, ranges = self._regression.needs(self._plan, self._trace, self._met, end)
         requests = [request for met in self._met[begin + 1 : end + 1] for request in met]
         goals = values, requests, ranges
@@ -365,7 +443,7 @@ class Improver:
         met = self._execute(plan, trace)
         if met is None or not window:
             return ()
-        schedule = self._schedule(plan, met)
+        schedule = self._schedule(plan, trace, met)
         if schedule[0] > self._value:
             return ()
         self._adopt(plan, trace, met, schedule)
@@ -377,7 +455,7 @@ class Improver:
         begins: list = []
         for item, end in zip(items, self._table.add(items, self._table.start())):
             if item < len(self._costs):
-                begins.append((end - self._costs[item], len(begins)))
+                begins.append((end - self._durations[item], len(begins)))
         return [position for _, position in sorted(begins)]
 
     def _solve_timed(
@@ -402,6 +480,6 @@ class Improver:
             bound = sum(self._actor_slots(after)) - sum(self._actor_slots(slots))
         else:
             bound = sum([self._drawn_costs[index] for index in self._plan[begin:end]])
-        latest = self._value[0] - int(is_shorter)
+        latest = self._makespan - int(is_shorter)
         timing = (table, slots, tails, latest, may_act, counts_waiting)
         return self._solve(begin, end, greed, evaluations, (bound, timing))

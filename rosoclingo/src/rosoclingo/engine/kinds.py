@@ -1,4 +1,4 @@
-"""Kinds of needs and changes of numbers; a module without imports, which would take their time."""
+"""Kinds of needs and changes of numbers, and of aims; imports nothing, as that would take time."""
 
 TAKES = 0
 """The action takes the amount; so much has to be there before."""
@@ -10,3 +10,10 @@ NEEDS_LEAST = 3
 """The level before is at least the amount."""
 NEEDS_MOST = 4
 """The level before is at most the amount."""
+
+WAITS = 0
+"""A plan has the least sum of the times at which requests are met."""
+MAKESPAN = 1
+"""It ends as early as possible."""
+COST = 2
+"""Its actions cost the least."""

@@ -6,7 +6,7 @@ from collections import defaultdict
 from dataclasses import replace
 from typing import DefaultDict, Dict, Iterable, Iterator, List, Mapping, Sequence, Set, Tuple
 
-from rosoclingo.engine.rows import unique
+from rosoclingo.engine.rows import level_of, unique
 from rosoclingo.engine.task import Change, Kind, TaskAction
 from rosoclingo.engine.ways import WayMap
 
@@ -23,6 +23,7 @@ class Moves:
         robots: Sequence[Sequence[str]],
         draining: Sequence[Sequence[str]],
         reserving: Sequence[Sequence[str]],
+        speeds: Sequence[Sequence[str]],
     ) -> None:
         """Reads rows.
 
@@ -33,6 +34,7 @@ class Moves:
             robots: The robots that move on it.
             draining: For a robot, the number of which moving takes, and how much.
             reserving: For a robot, a number of which it keeps enough to get to where it refills.
+            speeds: For a robot, how many percent of a way's length it needs in seconds.
         """
         self.robots = {row[0] for row in robots}
         self._map = ways
@@ -49,6 +51,9 @@ class Moves:
                 jumps = list(_jumps(actions, robot))
                 self._reserves[robot][name] = dict(ways.reserves(refills, drained, jumps))
         self._limits = limits
+        self._percent: Dict[str, int] = {}
+        for robot, percent in speeds:
+            self._percent[robot] = max(self._percent.get(robot, 0), level_of(percent))
 
     @property
     def drained(self) -> Set[str]:
@@ -104,6 +109,7 @@ class Moves:
                 yield TaskAction(
                     robot, place, start, ((variable, start),),
                     changes=(Change(variable, place),), numbers=tuple(numbers), cost=length,
+                    seconds=-(-length * self._percent.get(robot, 100) // 100),
                 )  # fmt: skip
 
 

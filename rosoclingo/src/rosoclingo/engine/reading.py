@@ -17,7 +17,7 @@ arm: open, cost 1
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import Container, DefaultDict, Dict, Iterable, List, Sequence, Tuple
+from typing import Container, DefaultDict, Dict, Iterable, List, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.engine.actions import ActionReader
@@ -35,11 +35,19 @@ from rosoclingo.engine.rows import (
     level_of,
     read_rows,
 )
-from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest, TaskState
+from rosoclingo.engine.task import (
+    PlanningTask,
+    TaskAction,
+    TaskFact,
+    TaskRequest,
+    TaskState,
+    TaskTimes,
+)
 from rosoclingo.engine.ways import WayMap
 from rosoclingo.errors import TaskError
 
-_OF_MAPS = ("way", "moves", "drains", "reserves")
+_OF_MAPS = ("way", "moves", "drains", "reserves", "speed")
+_OF_TIMES = ("duration", "speed", "due", "weight", "ready", "keeps", "prefers")
 _PLAN = "plan_"
 _WAY = "plan_way"
 
@@ -100,7 +108,37 @@ class TaskReader:
             min(((int(n), slot) for slot, n in new["overdue"]), default=(0, ""))[1],
             derivation,
             failed,
+            times=self._times(new),
         )
+
+    def _times(self, new: TaskRows) -> Optional[TaskTimes]:
+        """Returns the times of a task; None if nothing is said of seconds."""
+        rows = joined(
+            {name: self._facts.get(name, []) for name in _OF_TIMES},
+            {name: new.get(name, []) for name in _OF_TIMES},
+        )
+        if not any(rows.values()):
+            return None
+        due: Dict[str, int] = {}
+        for slot, text in rows["due"]:
+            seconds = number(text)
+            if seconds is not None:
+                due[slot] = min(seconds, due.get(slot, seconds))
+        weights: Dict[str, int] = {}
+        for slot, text in rows["weight"]:
+            weights[slot] = max(0, level_of(text), weights.get(slot, 0))
+        ready: Dict[TaskFact, int] = {}
+        for variable, value, text in rows["ready"]:
+            fact = variable, value
+            ready[fact] = max(0, level_of(text), ready.get(fact, 0))
+        keeps: Dict[TaskFact, int] = {}
+        for variable, value, text in rows["keeps"]:
+            fact, seconds = (variable, value), level_of(text)
+            if seconds >= 0:
+                keeps[fact] = min(seconds, keeps.get(fact, seconds))
+        preferred = min(([*row, "0"] for row in rows["prefers"]), default=["waits", "0"])
+        together = max(0, level_of(preferred[1]))
+        return TaskTimes(due, weights, ready, keeps, preferred[0], together)
 
     def obstacle(self, symbols: Iterable[str], plan: Iterable[str]) -> str:
         """Returns why a plan is not possible for a task; empty if it is.
@@ -139,6 +177,7 @@ class TaskReader:
             robots=rows["moves"],
             draining=rows["drains"],
             reserving=rows["reserves"],
+            speeds=rows["speed"],
         )
         return new, limits, state, actions, moves
 

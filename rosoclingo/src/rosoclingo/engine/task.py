@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import Dict, Iterator, List, Mapping, Sequence, Tuple
+from typing import Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 from rosoclingo.engine import kinds
 from rosoclingo.engine.derived import UNDERIVED, Derivation
@@ -51,6 +51,7 @@ class TaskAction:
         numbers: What it does to numbers, and needs of them.
         occupies: What no other actuator may occupy meanwhile.
         cost: What it costs, a whole number; of a way, the sum of its lengths.
+        seconds: How long it takes; it matters only if the task counts seconds.
     """
 
     actuator: str
@@ -62,6 +63,7 @@ class TaskAction:
     numbers: Tuple[Tuple[Kind, str, int], ...] = ()
     occupies: Tuple[str, ...] = ()
     cost: int = 1
+    seconds: int = 1
 
     def __str__(self) -> str:
         if self.start:
@@ -80,6 +82,28 @@ class TaskRequest:
 
     values: Tuple[TaskFact, ...] = ()
     bounds: Tuple[Tuple[str, int, int], ...] = ()
+
+
+@dataclass(frozen=True)
+class TaskTimes:
+    """The times of a task that counts seconds, all from now on.
+
+    Attributes:
+        due: The seconds within which a request is to be met; without one, it is never late.
+        weights: The value of each second for which a request is late; 1 if none is given.
+        ready: The seconds after which a variable has a value that an action has set.
+        keeps: The seconds for which a variable keeps a value at most.
+        prefers: The name of what is minimised after lateness: waits, makespan or cost.
+        together: If positive, what is preferred is minimised together with lateness, and this is
+            the value of each second, or unit of cost, of it.
+    """
+
+    due: Mapping[str, int]
+    weights: Mapping[str, int]
+    ready: Mapping[TaskFact, int]
+    keeps: Mapping[TaskFact, int]
+    prefers: str = "waits"
+    together: int = 0
 
 
 @dataclass
@@ -125,6 +149,7 @@ class PlanningTask:
         derivation: The variables whose values follow from those of others.
         failed: The actions that have just failed, each after its actuator and a comma.
         is_begun: Whether what is left of the plan before is being executed.
+        times: Its times; None if it does not count seconds, and actions last as long as they cost.
     """
 
     state: TaskState
@@ -137,6 +162,7 @@ class PlanningTask:
     derivation: Derivation = UNDERIVED
     failed: Tuple[str, ...] = ()
     is_begun: bool = True
+    times: Optional[TaskTimes] = None
 
     def execute(self, plan: Sequence[int]) -> Executed:
         """Does actions in an order.

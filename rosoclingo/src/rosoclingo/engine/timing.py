@@ -2,10 +2,11 @@
 """When each action of a plan begins and ends, as lib/order.lp has it.
 
 An action begins when those that it depends on have ended and its actuator is free, and lasts as
-long as it costs. For this, each variable has two slots, the last time that an action read it, and
-the last time that one changed it; a number has three; each actuator, and whatever actions occupy,
-has one. An action waits for some slots and marks some. A request that becomes met is an item like
-an action, which takes no time and whose number follows those of the actions.
+long as it costs, or for its seconds if the task counts seconds. For this, each variable has two
+slots, the last time that an action read it, and the last time that one changed it; a number has
+three; each actuator, and whatever actions occupy, has one. An action waits for some slots and marks
+some. A request that becomes met is an item like an action, which takes no time and whose number
+follows those of the actions.
 
 Compiled, this runs on pointers into arrays; uncompiled, on the arrays.
 """
@@ -42,9 +43,11 @@ class _Slots:
         self._first_occupied = self.first_actor + max([one[5] for one in actions], default=-1) + 1
         self.waits: set = set()
         self.marks: set = set()
+        self.lags: dict = {}  # how long after its end an item marks a slot
 
     def clear(self) -> None:
         self.waits, self.marks = set(), set()
+        self.lags = {}
 
     def read(self, variable: int) -> None:
         if variable in self._bases:  # who reads it reads all on which it rests
@@ -57,9 +60,11 @@ class _Slots:
         self.waits.add(2 * variable + 1)
         self.marks.add(2 * variable)
 
-    def write(self, variable: int) -> None:
+    def write(self, variable: int, lag: int) -> None:
         self.waits.update((2 * variable, 2 * variable + 1))
         self.marks.add(2 * variable + 1)
+        if lag:
+            self.lags[2 * variable + 1] = lag
 
     def treat(self, kind: int, number: int) -> None:
         takes = self._first_number + 3 * number
@@ -108,6 +113,8 @@ class Timetable:
     waits = cython.declare(object, visibility="readonly")
     mark_starts = cython.declare(object, visibility="readonly")
     marks = cython.declare(object, visibility="readonly")
+    lags = cython.declare(object, visibility="readonly")
+    """How long after the end of its item each mark is made."""
 
     def __init__(self, task: tuple, bases: dict) -> None:
         """Finds the slots of all items.
@@ -120,15 +127,17 @@ class Timetable:
         slots = _Slots(task, bases)
         self.first_actor = slots.first_actor
         self.size = slots.size(max([thing + 1 for things in occupied for thing in things] + [0]))
-        self.durations = array("q", [action[4] for action in actions] + [0] * len(requests) + [0])
+        lasting = task[9] or [action[4] for action in actions]
+        self.durations = array("q", lasting + [0] * (len(requests) + 1))
+        ready = {(variable, value): seconds for variable, value, seconds in task[11]}
         self.actor_slots = array("i", [slots.of_actor(action[5]) for action in actions] + [0])
         self.wait_starts, self.waits = array("i", [0]), array("i")
-        self.mark_starts, self.marks = array("i", [0]), array("i")
+        self.mark_starts, self.marks, self.lags = array("i", [0]), array("i"), array("q")
         for index, (needs, others, effects, numbers, _, actor) in enumerate(actions):
             for variable, _ in needs + others:
                 slots.read(variable)
-            for conditions, variable, _ in effects:
-                slots.write(variable)
+            for conditions, variable, value in effects:
+                slots.write(variable, ready.get((variable, value), 0))
                 for one, _ in conditions:
                     slots.read(one)
             for kind, number, _ in numbers:
@@ -147,10 +156,13 @@ class Timetable:
             self._add(slots)
         self.waits.append(0)
         self.marks.append(0)
+        self.lags.append(0)
 
     def _add(self, slots: _Slots) -> None:
         self.waits.extend(sorted(slots.waits))
-        self.marks.extend(sorted(slots.marks))
+        marks = sorted(slots.marks)
+        self.marks.extend(marks)
+        self.lags.extend([slots.lags.get(slot, 0) for slot in marks])
         self.wait_starts.append(len(self.waits))
         self.mark_starts.append(len(self.marks))
         slots.clear()
@@ -174,6 +186,7 @@ class Timetable:
         waits: cython.p_int = ints(self.waits)
         mark_starts: cython.p_int = ints(self.mark_starts)
         marks: cython.p_int = ints(self.marks)
+        lags: cython.p_longlong = longs(self.lags)
         durations: cython.p_longlong = longs(self.durations)
         ends = []
         for item in items:
@@ -182,7 +195,7 @@ class Timetable:
                 end = max(end, times[waits[i]])
             end += durations[item]
             for i in range(mark_starts[item], mark_starts[item + 1]):
-                times[marks[i]] = max(times[marks[i]], end)
+                times[marks[i]] = max(times[marks[i]], end + lags[i])
             ends.append(end)
         return ends
 
@@ -201,11 +214,12 @@ class Timetable:
         waits: cython.p_int = ints(self.waits)
         mark_starts: cython.p_int = ints(self.mark_starts)
         marks: cython.p_int = ints(self.marks)
+        lags: cython.p_longlong = longs(self.lags)
         durations: cython.p_longlong = longs(self.durations)
         for item in reversed(items):
             tail = 0
             for i in range(mark_starts[item], mark_starts[item + 1]):
-                tail = max(tail, times[marks[i]])
+                tail = max(tail, times[marks[i]] + lags[i])
             tail += durations[item]
             for i in range(wait_starts[item], wait_starts[item + 1]):
                 times[waits[i]] = max(times[waits[i]], tail)

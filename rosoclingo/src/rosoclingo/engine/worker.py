@@ -74,11 +74,18 @@ def search(task: tuple, options: dict, parent: int) -> str:
         The reason for the end.
     """
     from rosoclingo.engine.improving import Improver  # noqa: PLC0415 (as main says)
+    from rosoclingo.engine.insertion import inserter_of  # noqa: PLC0415
     from rosoclingo.engine.search import OutOfTimeError, Search  # noqa: PLC0415
 
     try:
         plan, most = options["plan"], options["improve_evaluations"]
-        first = None
+        first = inserter = None
+        if plan is None:
+            inserter = inserter_of(task)
+            plan = inserter and inserter.first(Limit(parent, options["seconds"]))
+            if plan is not None:
+                write(plan)
+                most = options["moment"] if most is None else most
         if plan is None:
             first = Search(task, Limit(parent, options["seconds"]))
             plan, is_whole = first.find_soon(options["moment"])
@@ -98,7 +105,7 @@ def search(task: tuple, options: dict, parent: int) -> str:
                 from rosoclingo.engine.standing import Standing  # noqa: PLC0415
 
                 standing = Standing(plan, [action[5] for action in task[5]], *standing)
-            Improver(task, limit, most, first, standing).improve(plan, write)
+            Improver(task, limit, most, first, standing, inserter).improve(plan, write)
     except OutOfTimeError:
         return SearchEnd.OUT_OF_TIME
     except MemoryError:
@@ -117,6 +124,7 @@ def main() -> None:
         sys.path.append(cython)
     # What it needs is loaded before the task comes, for which it may wait.
     import rosoclingo.engine.improving  # noqa: PLC0415
+    import rosoclingo.engine.insertion  # noqa: PLC0415
     import rosoclingo.engine.search  # noqa: F401, PLC0415
 
     data = sys.stdin.buffer.read()

@@ -1,0 +1,156 @@
+# cython: language_level=3
+"""Finds chains: the quickest actions by which one actuator alone meets a request.
+
+Actuators that stay where they are, such as ovens, may help. Ways are left out, since they follow
+from where the next action is, and numbers, since others use them, too. A chain is found by
+Dijkstra's algorithm over the variables that its actions need and change.
+"""
+
+from heapq import heappop, heappush
+
+from rosoclingo.engine.kinds import ADDS, BECOMES
+from rosoclingo.engine.scheduling import find_twins, find_ways
+
+MOST_ACTIONS = 60  # that may help a request
+MOST_STATES = 2000
+
+
+class Chains:
+    """The chains of all requests of a task.
+
+    Attributes:
+        of_requests: For each request, its chains; a chain is a tuple of actions.
+        owners: Of each action in a chain, or equal to one in a chain, the request.
+        fills: Of each number, the actions that add to it and that are in no chain.
+        ways: The ways of :func:`~rosoclingo.engine.scheduling.find_ways`.
+        roaming: For each actuator that goes somewhere, the variable for where it is.
+    """
+
+    def __init__(self, task: tuple) -> None:
+        """Finds them.
+
+        Args:
+            task: A :class:`~rosoclingo.engine.flat.FlatTask` that counts seconds, or a tuple.
+        """
+        self._initial = task[1]
+        self._actions = actions = task[5]
+        self._durations = task[9]
+        self.ways = find_ways(task)
+        self._twins = find_twins(task)
+        moves = set(self.ways.values())
+        self._places = {variable for variable, _, _ in self.ways}
+        self.roaming = {
+            actions[index][5]: variable for (variable, _, _), index in sorted(self.ways.items())
+        }
+        self._makers: dict = {}  # of each value of a variable
+        for index, action in enumerate(actions):
+            if index not in moves and self._twins.get(index, [index])[0] == index:
+                for _, variable, value in action[2]:
+                    self._makers.setdefault((variable, value), []).append(index)
+        self.of_requests = [self._chains(request) for request in task[4]]
+        self.owners: dict = {}
+        for request, chains in enumerate(self.of_requests):
+            for chain in chains:
+                for index in chain:
+                    for twin in self._twins.get(index, [index]):
+                        self.owners[twin] = request
+        self.fills: dict = {}
+        for index, action in enumerate(actions):
+            if index not in self.owners and index not in moves:
+                for kind, number, _ in action[3]:
+                    if kind in (ADDS, BECOMES):
+                        self.fills.setdefault(number, []).append(index)
+
+    def _chains(self, request: tuple) -> list:
+        wishes, levels = request
+        if levels or [1 for variable, _ in wishes if variable in self._places]:
+            return []
+        helpful = self._helpful(wishes)
+        if len(helpful) > MOST_ACTIONS:
+            return []
+        actors = sorted({self._actions[index][5] for index in helpful})
+        mains = [actor for actor in actors if actor in self.roaming] or [-1]
+        found = []
+        for main in mains:
+            mine = [
+                index
+                for index in helpful
+                if self._actions[index][5] in (main, -1)
+                or self._actions[index][5] not in self.roaming
+            ]
+            chain = self._quickest(wishes, mine)
+            if chain and (main < 0 or [1 for index in chain if self._actions[index][5] == main]):
+                found.append(chain)
+        return found
+
+    def _helpful(self, wishes: list) -> list:
+        """Returns the actions that may be needed for values that there are not yet."""
+        waiting = list(wishes)
+        known: set = set()
+        found: dict = {}
+        while waiting and len(found) <= MOST_ACTIONS:
+            fact = waiting.pop()
+            variable, value = fact
+            if fact in known or variable in self._places or self._initial[variable] == value:
+                continue
+            known.add(fact)
+            for index in self._makers.get(fact, ()):
+                if index not in found:
+                    found[index] = True
+                    needs, _, effects, _, _, _ = self._actions[index]
+                    waiting += needs
+                    for conditions, _, _ in effects:
+                        waiting += conditions
+        return sorted(found)
+
+    def _quickest(self, wishes: list, actions: list) -> tuple:
+        """Returns the quickest sequence of some actions, empty if there is none."""
+        used = {variable for variable, _ in wishes}
+        for index in actions:
+            needs, others, effects, _, _, _ = self._actions[index]
+            used.update([variable for variable, _ in needs + others])
+            for conditions, variable, _ in effects:
+                used.add(variable)
+                used.update([one for one, _ in conditions])
+        variables = sorted(used)
+        entry = {variable: number for number, variable in enumerate(variables)}
+        goal = [(entry[variable], value) for variable, value in wishes]
+        queue: list = [(0, 0, tuple([self._initial[one] for one in variables]), ())]
+        count = 0
+        seen: set = set()
+        while queue and len(seen) < MOST_STATES:
+            seconds, _, state, chain = heappop(queue)
+            if not [1 for number, value in goal if state[number] != value]:
+                return chain
+            if state in seen:
+                continue
+            seen.add(state)
+            for index in actions:
+                after = self._do(index, state, entry)
+                if after is not None:
+                    count += 1
+                    following, lasts = after
+                    heappush(queue, (seconds + lasts, count, following, (*chain, index)))
+        return ()
+
+    def _do(self, index: int, state: tuple, entry: dict):
+        """Returns the state after an action and the ways to it, and how long they take, or None."""
+        needs, others, effects, _, _, _ = self._actions[index]
+        lasts = self._durations[index]
+        values = list(state)
+        for variable, value in needs:
+            before = values[entry[variable]]
+            if before != value:
+                way = self.ways.get((variable, before, value))
+                if way is None:
+                    return None
+                lasts += self._durations[way]
+                values[entry[variable]] = value
+        for variable, value in others:
+            if values[entry[variable]] == value:
+                return None
+        before_effects = list(values)
+        for conditions, variable, value in effects:
+            if not [1 for one, wanted in conditions if before_effects[entry[one]] != wanted]:
+                values[entry[variable]] = value
+        return tuple(values), lasts
