@@ -19,6 +19,7 @@ LATE_WEIGHT = 5  # of a second of lateness, to a second of the makespan
 _LIBRARY = ROOT / "rosoclingo_aspprograms" / "lib" / "actions.lp"
 _ENCODING = """
 moves(R) :- robot(R).
+actuator(C) :- cook(C).
 initially(at(R),V) :- start(R,V).
 number(room(R),N) :- robot(R), room(N).
 request(carry(I)) :- thing(I,V,W,S).
@@ -33,24 +34,24 @@ due(ID,N,k) :- job(ID,I,k), due_in(I,N).
 weight(ID,P,k) :- job(ID,I,k), late_weight(P).
 
 own(ID,food(ID),raw,k) :- job(ID,I,k), cooking(I,N).
-action(C,cook(ID),k) :- job(ID,I,k), cooking(I,N), cook(C).
-needs(C,cook(ID),food(ID),raw,k) :- job(ID,I,k), cooking(I,N), cook(C).
-sets(C,cook(ID),food(ID),cooked,k) :- job(ID,I,k), cooking(I,N), cook(C).
-duration(C,cook(ID),N,k) :- job(ID,I,k), cooking(I,N), cook(C).
-needs(R,pick(ID),food(ID),cooked,k) :- job(ID,I,k), cooking(I,N), robot(R).
+action(C,cook(I),k) :- job(ID,I,k), cooking(I,N), cook(C).
+needs(C,cook(I),food(ID),raw,k) :- job(ID,I,k), cooking(I,N), cook(C).
+sets(C,cook(I),food(ID),cooked,k) :- job(ID,I,k), cooking(I,N), cook(C).
+duration(C,cook(I),N,k) :- job(ID,I,k), cooking(I,N), cook(C).
+needs(R,pick(I),food(ID),cooked,k) :- job(ID,I,k), cooking(I,N), robot(R).
 
-action(R,(pick(ID);put(ID)),k) :- job(ID,I,k), robot(R).
-needs(R,pick(ID),at(R),V,k) :- job(ID,I,k), thing(I,V,W,S), robot(R).
-needs(R,pick(ID),where(ID),there,k) :- job(ID,I,k), robot(R).
-sets(R,pick(ID),where(ID),R,k) :- job(ID,I,k), robot(R).
-uses(R,pick(ID),room(R),S,k) :- job(ID,I,k), thing(I,V,W,S), robot(R).
-duration(R,pick(ID),N,k) :- job(ID,I,k), handling(I,N,M), robot(R).
+action(R,(pick(I);put(I)),k) :- job(ID,I,k), robot(R).
+needs(R,pick(I),at(R),V,k) :- job(ID,I,k), thing(I,V,W,S), robot(R).
+needs(R,pick(I),where(ID),there,k) :- job(ID,I,k), robot(R).
+sets(R,pick(I),where(ID),R,k) :- job(ID,I,k), robot(R).
+uses(R,pick(I),room(R),S,k) :- job(ID,I,k), thing(I,V,W,S), robot(R).
+duration(R,pick(I),N,k) :- job(ID,I,k), handling(I,N,M), robot(R).
 at_most(where(ID),R,N,k) :- job(ID,I,k), carried_at_most(I,N), robot(R).
-needs(R,put(ID),at(R),W,k) :- job(ID,I,k), thing(I,V,W,S), robot(R).
-needs(R,put(ID),where(ID),R,k) :- job(ID,I,k), robot(R).
-sets(R,put(ID),where(ID),done,k) :- job(ID,I,k), robot(R).
-gives(R,put(ID),room(R),S,k) :- job(ID,I,k), thing(I,V,W,S), robot(R).
-duration(R,put(ID),M,k) :- job(ID,I,k), handling(I,N,M), robot(R).
+needs(R,put(I),at(R),W,k) :- job(ID,I,k), thing(I,V,W,S), robot(R).
+needs(R,put(I),where(ID),R,k) :- job(ID,I,k), robot(R).
+sets(R,put(I),where(ID),done,k) :- job(ID,I,k), robot(R).
+gives(R,put(I),room(R),S,k) :- job(ID,I,k), thing(I,V,W,S), robot(R).
+duration(R,put(I),M,k) :- job(ID,I,k), handling(I,N,M), robot(R).
 """
 
 
@@ -157,8 +158,9 @@ def _restaurant(dice: random.Random, robots: int, number: int) -> TimeTask:
     ways = [("dock", "hall", 6), ("kitchen", "hall", 8), ("sink", "kitchen", 5), ("hall", "a1", 7)]
     for aisle in range(2, 7):  # two rows of three
         ways.append((f"a{max(1, aisle - (1 if aisle % 3 else 3))}", f"a{aisle}", 7))
-    for table in range(1, 31):
-        ways.append((f"a{(table - 1) % 6 + 1}", f"t{table}", dice.randint(3, 8)))
+    for number_of_table in range(1, 31):
+        aisle = (number_of_table - 1) % 6 + 1
+        ways.append((f"a{aisle}", f"t{number_of_table}", dice.randint(3, 8)))
     errands = []
     for _ in range(number):
         table = f"t{dice.randint(1, 30)}"
@@ -175,9 +177,9 @@ def _restaurant(dice: random.Random, robots: int, number: int) -> TimeTask:
 
 def _hospital(dice: random.Random, robots: int, number: int) -> TimeTask:
     ways = [(f"c{place}", f"c{place + 1}", 12) for place in range(12)]
-    for ward in range(24):
+    for number_of_ward in range(24):
         corner = dice.randint(0, 12)
-        ways.append((f"c{corner}", f"w{ward}", dice.randint(4, 15)))
+        ways.append((f"c{corner}", f"w{number_of_ward}", dice.randint(4, 15)))
     ways += [("c0", "lab", 8), ("c6", "store", 8), ("c12", "pharmacy", 8)]
     starts = [dice.choice(["lab", "store", "pharmacy"]) for _ in range(robots)]
     errands = []

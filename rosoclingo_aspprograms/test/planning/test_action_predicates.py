@@ -137,6 +137,45 @@ def test_costs(costs: str, cost: int, tmp_path: Path) -> None:
     assert cost in [plan.quality.cost[0] for plan in plans if plan.quality is not None]
 
 
+WORK = """
+initially(J,todo) :- J = (a;b;c).
+action(R,do(J)) :- R = (quick;slow), J = (a;b;c).
+needs(R,do(J),J,todo) :- action(R,do(J)).
+sets(R,do(J),J,R) :- action(R,do(J)).
+sets(R,do(J),done(J),yes) :- action(R,do(J)).
+initially(done(J),no) :- J = (a;b;c).
+request((a;b;c)). wants(J,done(J),yes) :- J = (a;b;c).
+duration(quick,do(J),5) :- J = (a;b;c).
+"""
+
+
+@pytest.mark.parametrize(
+    ("said", "slow"),
+    [
+        ("duration(slow,do(J),20) :- J = (a;b;c).", 0),
+        ("duration(slow,do(J),8) :- J = (a;b;c).", 1),
+        ("duration(slow,do(J),13) :- J = (a;b;c). prefers(makespan).", 1),
+        ("duration(slow,do(J),16) :- J = (a;b;c). prefers(makespan).", 0),
+        ("duration(slow,do(J),8) :- J = (a;b;c). costs(slow,do(J),9) :- J = (a;b;c). "
+         "prefers(cost).", 0),
+    ],
+)  # fmt: skip
+def test_who_acts_depends_on_how_long_it_takes(said: str, slow: int, tmp_path: Path) -> None:
+    """Three things to do: by default, all of them together are to wait as little as possible."""
+    task = Task(tmp_path, WORK + said)
+    assert words(task.meet("a", "b", "c")) == ["succeeded"] * 3
+    assert sum("slow" in actors for actors in task.rounds) == slow
+
+
+@pytest.mark.parametrize("weight", ["", "weight(b,9)."])
+def test_what_is_due_comes_first(weight: str, tmp_path: Path) -> None:
+    """The heavier of two requests that cannot both be in time, and else the earlier one."""
+    text = WORK.replace("R = (quick;slow)", "R = quick").replace(",5)", ",30)")
+    task = Task(tmp_path, text + "due(a,30). due(b,40)." + weight)
+    assert words(task.meet("c", "b", "a")) == ["succeeded"] * 3
+    assert task.done == (["do(b)", "do(a)", "do(c)"] if weight else ["do(a)", "do(b)", "do(c)"])
+
+
 SWITCH = """
 initially(lamp,off). initially(fuse,X) :- fuse(X).
 action(arm,toggle).

@@ -127,6 +127,27 @@ MISTAKES = {  # what is changed, what check.py says of which line, and why there
         "robot(R). sets(R,ring,bell,rung)", 12,
         "fills(r,ring,room(r)): the action changes room(r) otherwise, too, so it is never done", "",
     ),
+    "a duration that is a name": (
+        "sets(R,ring,bell,rung)", "duration(R,ring,long) :- robot(R). sets(R,ring,bell,rung)", 12,
+        "duration(r,ring,long): long is no whole number from 0 to 999999999",
+        "Look at duration(r,ring,long)",
+    ),
+    "a time for a value that is a name": (
+        "sets(R,ring,bell,rung)", "at_most(bell,rung,short). sets(R,ring,bell,rung)", 12,
+        "at_most(bell,rung,short): short is no whole number from 0 to 999999999", "",
+    ),
+    "an action that takes time, and is none": (
+        "sets(R,ring,bell,rung)", "duration(R,rign,5) :- robot(R). sets(R,ring,bell,rung)", 12,
+        "duration(r,rign,5): nothing says action(r,rign), so it is not done", "",
+    ),
+    "an unknown preference": (
+        "initially(bell,works)", "prefers(speed). initially(bell,works)", 6,
+        "prefers(speed): the search for plans prefers waits, makespan or cost", "",
+    ),
+    "two preferences": (
+        "initially(bell,works)", "prefers(waits). prefers(cost,2). initially(bell,works)", 6,
+        "prefers(cost): prefers(waits) is said, too, and one of them only counts", "",
+    ),
     "an amount below 0": (
         "uses(R,pick(ID),room(R),1", "uses(R,pick(ID),room(R),-1", 20,
         "uses(r,pick(1),room(r),-1): -1 is no whole number from 0 to 999999999", "",

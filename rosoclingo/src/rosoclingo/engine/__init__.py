@@ -2,7 +2,8 @@
 
 The task is in :mod:`.flat`, the process in :mod:`.process` with :mod:`.worker`. The search is in
 :mod:`.search`, with :mod:`.states` and :mod:`.relaxation`; :mod:`.improving` finds better plans,
-with :mod:`.timing` and :mod:`.regression`. CMake has these six compiled. Uncompiled, they run as
+with :mod:`.timing` and :mod:`.regression`. Tasks that count seconds get plans by :mod:`.insertion`,
+with :mod:`.chains` and :mod:`.scheduling`. CMake has these nine compiled. Uncompiled, they run as
 they are, slowly, and need Cython.
 """
 

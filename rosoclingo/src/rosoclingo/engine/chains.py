@@ -69,18 +69,18 @@ class Chains:
         if len(helpful) > MOST_ACTIONS:
             return []
         actors = sorted({self._actions[index][5] for index in helpful})
-        mains = [actor for actor in actors if actor in self.roaming] or [-1]
+        mains = [actor for actor in actors if actor in self.roaming]
+        staying = [index for index in helpful if self._actions[index][5] not in self.roaming]
         found = []
-        for main in mains:
-            mine = [
-                index
-                for index in helpful
-                if self._actions[index][5] in (main, -1)
-                or self._actions[index][5] not in self.roaming
-            ]
+        for main in mains or actors:
+            mine = [index for index in helpful if self._actions[index][5] == main]
+            if mains:
+                mine = sorted([*mine, *staying])
             chain = self._quickest(wishes, mine)
-            if chain and (main < 0 or [1 for index in chain if self._actions[index][5] == main]):
+            if [1 for index in chain if self._actions[index][5] == main]:
                 found.append(chain)
+        if not found:
+            found = [chain for chain in [self._quickest(wishes, staying)] if chain]
         return found
 
     def _helpful(self, wishes: list) -> list:

@@ -38,7 +38,7 @@ MOST_EVALUATIONS = 200_000
 MOST_WINDOW = 60  # actions, before windows are small again
 ROUNDS_IN_VAIN = 4  # before windows grow
 BUSY_FACTOR = 4
-INSERTION_SHARE = 4  # of the work in windows
+INSERTION_SHARE = 9  # of the work in windows
 FIRST_INSERTIONS = 20_000  # in states of a search, before the first window
 NO_BOUND = 1 << 60
 # Whether the plan has to become shorter; whether waiting counts in the window, instead of costs.
@@ -150,7 +150,10 @@ class Improver:
     def _insert_anew(self) -> None:
         """Improves the plan by insertion, for longer than windows have been solved until now."""
         inserter = self._inserter
-        if inserter is None or not inserter.begin_with(self._plan):
+        if inserter is None:
+            return
+        is_known = inserter.best is not None and inserter.best.value <= self._value
+        if not is_known and not inserter.begin_with(self._plan):
             return
         enough = INSERTION_SHARE * self._search.evaluations + FIRST_INSERTIONS
         while inserter.evaluations - self._inserted < enough and self._evaluations_left > 0:

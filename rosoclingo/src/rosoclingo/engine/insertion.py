@@ -27,7 +27,8 @@ MOST_FILLS = 8  # for one chain
 FILL_PLACES = 4
 FILL = -1  # instead of the request for which an action is
 MOST_DISTANCE = 200  # seconds, between related requests
-ITEMS_PER_EVALUATION = 100  # which take about as long
+ITEMS_PER_EVALUATION = 120  # which take about as long
+FACTS_PER_ITEM = 33  # of the task, for each of which that takes longer
 IN_VAIN = 300  # rounds, before the search goes back to the best plan
 
 
@@ -91,6 +92,7 @@ class Inserter:
     solution = cython.declare(object, visibility="readonly")
     best = cython.declare(object, visibility="readonly")
     in_vain: cython.int
+    items_per_evaluation: cython.int
 
     def __init__(self, task: tuple, table) -> None:
         """Finds the chains of requests.
@@ -119,6 +121,9 @@ class Inserter:
         self.keys = longs(self.keys_array)
         self.random = 1
         self.in_vain = 0
+        self.best = None
+        facts = sum([1 + len(one[0]) + len(one[2]) + len(one[3]) for one in task[5]])
+        self.items_per_evaluation = ITEMS_PER_EVALUATION + facts // FACTS_PER_ITEM
         self.scheduler.run([])
         self.requests = [
             request for request in range(len(task[4])) if self.scheduler.when_met(request) < 0
@@ -127,7 +132,7 @@ class Inserter:
     @property
     def evaluations(self) -> int:
         """The work until now, as the number of states that a search estimates meanwhile."""
-        return self.scheduler.work // ITEMS_PER_EVALUATION
+        return self.scheduler.work // self.items_per_evaluation
 
     @property
     def is_possible(self) -> bool:
@@ -223,7 +228,7 @@ class Inserter:
                 return None
         if not self.price(other):
             return None
-        if other.score * 10000 < before.score * (10000 + self.draw(100)):
+        if other.score * 10000 < before.score * (10000 + self.draw(100 + self.in_vain)):
             self.solution = self.sorted(other)
             if self.solution.value < self.best.value:
                 self.best = self.solution
@@ -463,7 +468,7 @@ class Inserter:
         _, prefix, _ = self.shape(chain)
         early = [first]
         if prefix:
-            early = [first, 0, self.draw(first + 1)]
+            early.append(self.draw(2) * self.draw(first + 1))
         found = False
         for begin in dict.fromkeys(early):
             new_order = [
