@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
+import os
+import random
+import subprocess
+import sys
+from pathlib import Path
 from typing import List
 
+import engine_judge as judge
 import pytest
 
 from rosoclingo.engine import kinds
-from rosoclingo.engine.flat import FlatAction, FlatRequest, FlatTask
+from rosoclingo.engine.flat import FlatAction, FlatEffects, FlatRequest, FlatTask
 from rosoclingo.engine.flattening import flatten
 from rosoclingo.engine.improving import Improver
+from rosoclingo.engine.insertion import inserter_of
+from rosoclingo.engine.process import SearchProcess
 from rosoclingo.engine.reading import TaskReader
 from rosoclingo.engine.scheduling import Scheduler
 from rosoclingo.engine.task import PlanningTask
@@ -127,3 +136,124 @@ def test_a_value_is_ready_some_time_after_the_action() -> None:
     task = FlatTask([3, 2], [0, 0], [], [], requests, actions,
                     durations=[5, 20, 1], ready=[(0, 1, 100)])  # fmt: skip
     assert value(task, [0, 1, 2]) == (0, 0, 106 + 25, 3)
+
+
+def couriers(draw: random.Random) -> FlatTask:
+    """Draws a task for robots with batteries, which bring things along a corridor."""
+    places, robots, things = draw.randint(3, 6), draw.randint(1, 3), draw.randint(1, 6)
+    full = 2 * places
+    domains = [places] * robots + [robots + 2] * things
+    actions: List[FlatAction] = []
+    durations: List[int] = []
+    for robot in range(robots):
+        for start, end in itertools.permutations(range(places), 2):
+            way = abs(start - end)
+            takes = [(kinds.TAKES, robot, way), (kinds.NEEDS_LEAST, robot, way + end)]
+            actions.append(([(robot, start)], [], [([], robot, end)], takes, way, robot))
+            durations.append(3 * way)
+        actions.append(([(robot, 0)], [], [], [(kinds.BECOMES, robot, full)], 1, robot))
+        durations.append(10)
+    requests: List[FlatRequest] = []
+    for thing in range(robots, robots + things):
+        start, end = draw.sample(range(places), 2)
+        for robot in range(robots):
+            room = robots + robot
+            picked: FlatEffects = [([], thing, robot + 1)]
+            put: FlatEffects = [([], thing, robots + 1)]
+            pick: FlatAction = (
+                [(robot, start), (thing, 0)],
+                [],
+                picked,
+                [(kinds.TAKES, room, 1)],
+                1,
+                robot,
+            )
+            actions += [
+                pick,
+                ([(robot, end), (thing, robot + 1)], [], put, [(kinds.ADDS, room, 1)], 1, robot),
+            ]
+            durations += [2, 4]
+        requests.append(([(thing, robots + 1)], []))
+    limits = [full] * robots + [2] * robots
+    due = [(one, draw.randint(10, 60), draw.randint(1, 3)) for one in range(things)]
+    return FlatTask(
+        domains, [0] * len(domains), limits, limits, requests, actions,
+        durations=durations, due=due, aim=(draw.randrange(3), draw.choice([0, 0, 1])),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_inserted_plans_are_valid_and_each_better_than_the_one_before(seed: int) -> None:
+    """They recharge where that is needed, and each has the value that the judge finds."""
+    task = couriers(random.Random(seed))
+    inserter = inserter_of(tuple(task))
+    assert inserter is not None
+    plans = [inserter.first(lambda: False)]
+    values = [inserter.best.value]
+    for _ in range(60):
+        plan = inserter.round()
+        if plan is not None:
+            plans.append(plan)
+            values.append(inserter.best.value)
+    assert [judge.value_of(task, plan) for plan in plans] == values
+    assert values == sorted(set(values), reverse=True)
+    again = inserter_of(tuple(task))
+    assert again.begin_with(plans[-1])
+    assert again.best.value == values[-1]
+
+
+def test_some_plan_recharges() -> None:
+    """The tasks of the test above need that, and it is inserted."""
+    fills = 0
+    for seed in range(40):
+        task = couriers(random.Random(seed))
+        plan = inserter_of(tuple(task)).first(lambda: False)
+        fills += any(task.actions[index][3][:1] and not task.actions[index][2] for index in plan)
+    assert fills
+
+
+def test_a_request_for_two_actuators_is_left_to_the_search() -> None:
+    """A door that one robot opens only for another one, which goes through."""
+    actions: List[FlatAction] = [
+        ([(0, 0)], [], [([], 0, 1)], [], 1, 0), ([(0, 1)], [], [([], 0, 0)], [], 1, 0),
+        ([(1, 0)], [], [([], 1, 1)], [], 1, 1), ([(1, 1)], [], [([], 1, 0)], [], 1, 1),
+        ([(0, 1)], [], [([], 2, 1)], [], 1, 0),  # opens
+        ([(1, 1), (2, 1)], [], [([], 3, 1)], [], 1, 1),  # takes what is behind it
+    ]  # fmt: skip
+    task = FlatTask([2] * 4, [0] * 4, [], [], [([(3, 1)], [])], actions, durations=[5] * 6)
+    assert inserter_of(tuple(task)) is None
+    process = SearchProcess(task, seconds=60, improve_seconds=1, bytes=1 << 31)
+    assert process.wait(60)
+    plan = process.latest()
+    process.close()
+    assert plan is not None
+    assert judge.run(task, plan)
+
+
+def test_the_sources_insert_as_compiled_modules_do() -> None:
+    def inserted(task: FlatTask) -> List[List[int]]:
+        inserter = inserter_of(tuple(task))
+        plans = [inserter.first(lambda: False)]
+        return plans + [plan for plan in [inserter.round() for _ in range(20)] if plan is not None]
+
+    tasks = [couriers(random.Random(seed)) for seed in range(4)]
+    program = (
+        "import sys\n"
+        "from rosoclingo.engine.insertion import inserter_of\n"
+        "for task in eval(sys.stdin.read()):\n"
+        "    inserter = inserter_of(task)\n"
+        "    print(inserter.first(lambda: False))\n"
+        "    for plan in [inserter.round() for _ in range(20)]:\n"
+        "        if plan is not None: print(plan)\n"
+    )
+    sources = os.pathsep.join(map(str, Path(__file__).resolve().parents[3].glob("*/src")))
+    ended = subprocess.run(
+        [sys.executable, "-c", program],
+        input=repr([tuple(task) for task in tasks]),
+        env={**os.environ, "PYTHONPATH": sources, "PYTHONHASHSEED": "7"},
+        stdout=subprocess.PIPE,
+        check=True,
+        text=True,
+    )
+    found = [plan for task in tasks for plan in inserted(task)]
+    assert ended.stdout.split("\n")[:-1] == [str(plan) for plan in found]
