@@ -67,6 +67,7 @@ def test_modelling(
     assert "goal 2, bring(ward2," in said["Shared resources"]
     check_output("docs/modelling.md", "Doors", said["Doors"])
     check_output("docs/modelling.md", "Bringing things back", said["Bringing things back"])
+    check_output("docs/modelling.md", "Time", said["Time"])
     check_output("docs/modelling.md", "Urgent things", said["Urgent things"])
     check_output("docs/modelling.md", "Waiting", said["Waiting"])
     (reason,) = re.findall(r"^says `([^`]+)`", text, re.MULTILINE)

@@ -67,6 +67,16 @@ def test_durations_and_speeds_are_read() -> None:
     assert not read('base_duration(r,take,"|",soon)').requests
 
 
+def test_deadlines_count_from_when_a_request_has_come() -> None:
+    reader = TaskReader()
+    reader.read_facts(SHOP)
+    rows = [*NOW, 'task_limit_since(1,"|",100)', 'task_due(1,"|",90)']
+    for age, due in ((0.0, 90), (30.6, 70), (150.0, -50)):
+        times = reader.read(rows, ages={"1": age}).times
+        assert times is not None
+        assert times.due == {"1": due}
+
+
 def test_the_strictest_deadline_and_the_largest_weight_count() -> None:
     task = read(
         'task_due(1,"|",20)', 'task_due(1,"|",12)', 'task_due(2,"|",1)', 'task_weight(1,"|",3)'

@@ -29,6 +29,7 @@ FILL = -1  # instead of the request for which an action is
 MOST_DISTANCE = 200  # seconds, between related requests
 ITEMS_PER_EVALUATION = 120  # which take about as long
 FACTS_PER_ITEM = 33  # of the task, for each of which that takes longer
+ROUNDS_PER_PAIR = 50  # of requests
 IN_VAIN = 300  # rounds, before the search goes back to the best plan
 
 
@@ -92,6 +93,7 @@ class Inserter:
     solution = cython.declare(object, visibility="readonly")
     best = cython.declare(object, visibility="readonly")
     in_vain: cython.int
+    rounds_in_vain: cython.int
     items_per_evaluation: cython.int
 
     def __init__(self, task: tuple, table) -> None:
@@ -120,7 +122,7 @@ class Inserter:
         self.keys_array = array("q", [0]) * (3 * MOST_OF_CHAIN)
         self.keys = longs(self.keys_array)
         self.random = 1
-        self.in_vain = 0
+        self.in_vain = self.rounds_in_vain = 0
         self.best = None
         facts = sum([1 + len(one[0]) + len(one[2]) + len(one[3]) for one in task[5]])
         self.items_per_evaluation = ITEMS_PER_EVALUATION + facts // FACTS_PER_ITEM
@@ -133,6 +135,11 @@ class Inserter:
     def evaluations(self) -> int:
         """The work until now, as the number of states that a search estimates meanwhile."""
         return self.scheduler.work // self.items_per_evaluation
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether so many rounds have found nothing better that others hardly will."""
+        return self.rounds_in_vain > ROUNDS_PER_PAIR * len(self.requests) ** 2
 
     @property
     def is_possible(self) -> bool:
@@ -192,7 +199,7 @@ class Inserter:
     def adopt(self, solution) -> list:
         self.price(solution)
         self.solution = self.best = self.sorted(solution)
-        self.in_vain = 0
+        self.in_vain = self.rounds_in_vain = 0
         return self.scheduler.plan()
 
     def price(self, solution) -> bool:
@@ -221,6 +228,7 @@ class Inserter:
         taken = self.related(before)
         other = self.without(before, set(taken))
         self.in_vain += 1
+        self.rounds_in_vain += 1
         if other is None:
             return None
         for request in self.shuffle(taken):
@@ -232,7 +240,7 @@ class Inserter:
             self.solution = self.sorted(other)
             if self.solution.value < self.best.value:
                 self.best = self.solution
-                self.in_vain = 0
+                self.in_vain = self.rounds_in_vain = 0
                 return self.scheduler.plan()
         if self.in_vain > IN_VAIN:
             self.solution = self.best

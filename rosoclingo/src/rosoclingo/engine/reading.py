@@ -17,7 +17,7 @@ arm: open, cost 1
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import Container, DefaultDict, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Container, DefaultDict, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.engine.actions import ActionReader
@@ -47,7 +47,7 @@ from rosoclingo.engine.ways import WayMap
 from rosoclingo.errors import TaskError
 
 _OF_MAPS = ("way", "moves", "drains", "reserves", "speed")
-_OF_TIMES = ("duration", "speed", "due", "weight", "ready", "keeps", "prefers")
+_OF_TIMES = ("duration", "speed", "due", "limit_since", "weight", "ready", "keeps", "prefers")
 _PLAN = "plan_"
 _WAY = "plan_way"
 
@@ -81,7 +81,11 @@ class TaskReader:
         self._ways = None
 
     def read(
-        self, symbols: Iterable[str], followed: Iterable[str] = (), step: int = 0
+        self,
+        symbols: Iterable[str],
+        followed: Iterable[str] = (),
+        step: int = 0,
+        ages: Optional[Mapping[str, float]] = None,
     ) -> PlanningTask:
         """Reads the task of a search: what is said in base, and what its answer set shows.
 
@@ -89,6 +93,7 @@ class TaskReader:
             symbols: The answer set.
             followed: What :func:`plan_rows` has returned of the plan before.
             step: The current step, as the plan before counts steps.
+            ages: How many seconds ago each request has come, by slots; now, if nothing is said.
 
         Raises:
             TaskError: A variable has two values.
@@ -108,10 +113,10 @@ class TaskReader:
             min(((int(n), slot) for slot, n in new["overdue"]), default=(0, ""))[1],
             derivation,
             failed,
-            times=self._times(new),
+            times=self._times(new, ages or {}),
         )
 
-    def _times(self, new: TaskRows) -> Optional[TaskTimes]:
+    def _times(self, new: TaskRows, ages: Mapping[str, float]) -> Optional[TaskTimes]:
         """Returns the times of a task; None if nothing is said of seconds."""
         rows = joined(
             {name: self._facts.get(name, []) for name in _OF_TIMES},
@@ -120,10 +125,12 @@ class TaskReader:
         if not any(rows.values()):
             return None
         due: Dict[str, int] = {}
-        for slot, text in rows["due"]:
-            seconds = number(text)
-            if seconds is not None:
-                due[slot] = min(seconds, due.get(slot, seconds))
+        for name in ("due", "limit_since"):
+            for slot, text in rows[name]:
+                seconds = number(text)
+                if seconds is not None:
+                    seconds -= int(ages.get(slot, 0)) if name == "limit_since" else 0
+                    due[slot] = min(seconds, due.get(slot, seconds))
         weights: Dict[str, int] = {}
         for slot, text in rows["weight"]:
             weights[slot] = max(0, level_of(text), weights.get(slot, 0))

@@ -19,6 +19,7 @@ from rosoclingo.engine.kinds import MAKESPAN, WAITS
 from rosoclingo.engine.states import merge_numbers
 
 ROUNDS = cython.declare(cython.int, 8)  # of delays, before a plan counts as one that keeps too long
+WORK_OF_RUN = cython.declare(cython.int, 40)  # in items
 SPAN = cython.declare(cython.int, 4)  # entries for each time in which a value is kept
 DIGITS = 10  # by which time counts more than the work of actuators, among plans to insert into
 LATE_FACTOR = 20  # of lateness there, if it comes first
@@ -296,6 +297,7 @@ class Scheduler:
         self.begin()
         self.make_room(8 * size + self.requests + 8)
         self.failed_at = self.lacking = -1
+        self.work += WORK_OF_RUN
         for i in range(self.requests):
             self.try_to_meet(i)
         for position in range(size):

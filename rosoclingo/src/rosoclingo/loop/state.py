@@ -152,6 +152,7 @@ class State(Progress):
         planner.missing = self._warn_of_missing
         planner.warn_of_search(lambda text: self.warn_once("search", text))
         planner.warn_of_plans(lambda text: self.warn_once("plan", text))
+        planner.know_ages(lambda: self.goals.ages(environment.world_now()))
         self.durations = Durations()
         self.alarms = Alarms()
         self.beliefs = BeliefKeeper()

@@ -7,7 +7,7 @@ import dataclasses
 import math
 import time
 from dataclasses import field
-from typing import Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
+from typing import Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import OutOfMemoryError
 from rosclingo.wire import commands as wire
@@ -463,6 +463,14 @@ class Planner(PlannerState):
     def warn_of_plans(self, warn: Callable[[str], None]) -> None:
         """Has a function called with what is wrong with a plan of clingo's."""
         self._tasks.warn_of_plan = warn
+
+    def know_ages(self, ages: Callable[[], Mapping[str, float]]) -> None:
+        """Has deadlines of requests count from when they have come.
+
+        Args:
+            ages: Returns how many seconds ago each request has come, by slots.
+        """
+        self._tasks.ages = ages
 
     def show_tasks(self, show: Callable[[PlanningTask], None]) -> None:
         """Has a function called with the planning task of each search that shows one."""

@@ -105,6 +105,7 @@ class TaskSearch:
         show: Called with the task of each search for a first plan.
         warn: Called with why it cannot be used, so that clingo plans alone.
         warn_of_plan: Called with what is wrong with a plan of clingo's.
+        ages: Returns how many seconds ago each request has come, by slots.
     """
 
     solver: Solver
@@ -113,6 +114,7 @@ class TaskSearch:
     show: Callable[[PlanningTask], None] = lambda _: None
     warn: Callable[[str], None] = lambda _: None
     warn_of_plan: Callable[[str], None] = lambda _: None
+    ages: Callable[[], Mapping[str, float]] = dict
 
     def __post_init__(self) -> None:
         self._reader = TaskReader()
@@ -147,7 +149,8 @@ class TaskSearch:
         """Returns the task that an answer set shows in a step."""
         state = self.state()
         with _no_collection():
-            task = self._reader.read(symbols, state.followed, state.passed + step)
+            passed = state.passed + step
+            task = self._reader.read(symbols, state.followed, passed, self.ages())
         self._since = state.since - state.passed if task.left else step
         return replace(task, is_begun=self._since < step)
 

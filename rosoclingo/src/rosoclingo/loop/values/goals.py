@@ -205,6 +205,14 @@ class Goals:
         self._slots: Dict[str, Optional[Goal]] = {}
         self._waiting: Deque[Goal] = deque()
 
+    def ages(self, now: float) -> Dict[str, float]:
+        """Returns how long ago goals in slots have come, by slots.
+
+        Args:
+            now: The time, in seconds of world time.
+        """
+        return {slot: now - goal.came for slot, goal in self._slots.items() if goal is not None}
+
     def snapshot(self, others: Iterable[Goal]) -> GoalsSnapshot:
         """Returns the state of all goals to save.
 
