@@ -130,7 +130,7 @@ class TimeModel:
             line = [robot, *(self._nodes[stop] for stop in stops), (robot + 1) % self._robots]
             used.update(zip(line, line[1:]))
         for key, arc in self._arcs.items():
-            self.model.AddHint(arc, key in used)
+            self.model.AddHint(arc, int(key in used))
 
 
 class _Log(cp_model.CpSolverSolutionCallback):
@@ -149,7 +149,7 @@ def best_values(task: TimeTask, hint: Sequence[Act], marks: Sequence[float]) -> 
     """Returns the least value found after some seconds of processor time, infinity without one."""
     log = _Log()
     solver = cp_model.CpSolver()
-    solver.parameters.max_time_in_seconds = 2 * marks[-1]  # a busy machine is slower
+    solver.parameters.max_time_in_seconds = marks[-1]
     solver.parameters.num_search_workers = _WORKERS
     solver.Solve(TimeModel(task, hint).model, log)
     return [
