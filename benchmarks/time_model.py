@@ -35,6 +35,8 @@ class TimeModel:
         self._doers = {stop: self._integer(self._robots - 1) for stop in self._stops}
         self._loads = {stop: self._integer(task.room) for stop in self._stops}
         self._cooked: Dict[int, cp_model.IntVar] = {}
+        self._late: Dict[int, cp_model.IntVar] = {}
+        self._last = self._integer(_HORIZON)
         self._route()
         self._times()
         self._begin_with(hint)
@@ -86,8 +88,7 @@ class TimeModel:
         model.AddCircuit([(start, end, arc) for (start, end), arc in self._arcs.items()])
 
     def _times(self) -> None:
-        model, last = self.model, self._integer(_HORIZON)
-        late = []
+        model, last = self.model, self._last
         cooking = []
         for number, errand in enumerate(self._task.errands):
             picked = self._begins[number, 0] + errand.handling[0]
@@ -98,8 +99,8 @@ class TimeModel:
             if errand.carried_at_most is not None:
                 model.Add(put - picked <= errand.carried_at_most)
             if errand.due is not None:
-                late.append(self._integer(_HORIZON))
-                model.Add(late[-1] >= put + errand.handling[1] - errand.due)
+                late = self._late[number] = self._integer(_HORIZON)
+                model.Add(late >= put + errand.handling[1] - errand.due)
             if errand.cooking:
                 begin = self._cooked[number] = self._integer(_HORIZON)
                 lasts = errand.cooking
@@ -108,7 +109,7 @@ class TimeModel:
                 model.Add(self._begins[number, 0] >= end)
         if cooking:
             model.AddCumulative(cooking, [1] * len(cooking), self._task.cooks)
-        model.Minimize(last + LATE_WEIGHT * sum(late))
+        model.Minimize(last + LATE_WEIGHT * sum(self._late.values()))
 
     def _begin_with(self, hint: Sequence[Act]) -> None:
         routes: Dict[int, List[Stop]] = {robot: [] for robot in range(self._robots)}
@@ -121,6 +122,14 @@ class TimeModel:
             self.model.AddHint(self._begins[stop], act.begin)
             self.model.AddHint(self._doers[stop], robot)
             routes[robot].append(stop)
+        ends = {
+            act.errand: act.begin + self._task.errands[act.errand].handling[1]
+            for act in hint
+            if act.kind == "put"
+        }
+        self.model.AddHint(self._last, max(ends.values()))
+        for number, late in self._late.items():
+            self.model.AddHint(late, max(0, ends[number] - (self._task.errands[number].due or 0)))
         used: Set[Tuple[int, int]] = set()
         for robot, stops in routes.items():
             load = 0

@@ -88,6 +88,9 @@ READ: Dict[str, Tuple[str, ...]] = {
     "hospital": tuple(
         str(ASP / "hospital" / name) for name in ("instances/small.lp", "hospital.lp")
     ),
+    "restaurant": tuple(
+        str(ASP / "restaurant" / name) for name in ("instances/small.lp", "restaurant.lp")
+    ),
     **{name: (str(HERE / f"{name}.lp"),) for name in ("courier", "blocks", "power", "transport")},
     **{
         name: (str(EPISODES_OF / f"{name}.lp"),)

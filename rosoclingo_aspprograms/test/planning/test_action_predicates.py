@@ -10,6 +10,7 @@ from test_actions import ACTIONS, World
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.system import Request
+from rosoclingo.engine.task import PlanningTask
 from rosoclingo.loop.journal import PlanFound
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.situation import Situation
@@ -174,6 +175,27 @@ def test_what_is_due_comes_first(weight: str, tmp_path: Path) -> None:
     task = Task(tmp_path, text + "due(a,30). due(b,40)." + weight)
     assert words(task.meet("c", "b", "a")) == ["succeeded"] * 3
     assert task.done == (["do(b)", "do(a)", "do(c)"] if weight else ["do(a)", "do(b)", "do(c)"])
+
+
+class Slow(Task):
+    """Asks for c after the first step, which takes 10 s."""
+
+    def turn(self) -> bool:
+        if self.acting and not self.clock:
+            self.clock = 10.0
+            self.request("c")
+        return super().turn()
+
+
+def test_deadlines_count_from_when_requests_have_come(tmp_path: Path) -> None:
+    text = WORK.replace("R = (quick;slow)", "R = quick")
+    world = Slow(tmp_path, text + "due(J,100) :- J = (a;b;c).")
+    tasks: List[PlanningTask] = []
+    world.loop.state.planner.show_tasks(tasks.append)
+    world.meet("a", "b")
+    dues = [sorted(task.times.due.values()) for task in tasks if task.times is not None]
+    assert dues[0] == [100, 100]
+    assert [90, 100] in dues
 
 
 SWITCH = """
