@@ -54,6 +54,7 @@ class Improver:
         stop,
         evaluations: int = 10**9,
         search=None,
+        *,
         standing=None,
         inserter=None,
     ) -> None:

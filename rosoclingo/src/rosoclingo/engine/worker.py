@@ -105,7 +105,8 @@ def search(task: tuple, options: dict, parent: int) -> str:
                 from rosoclingo.engine.standing import Standing  # noqa: PLC0415
 
                 standing = Standing(plan, [action[5] for action in task[5]], *standing)
-            Improver(task, limit, most, first, standing, inserter).improve(plan, write)
+            improver = Improver(task, limit, most, first, standing=standing, inserter=inserter)
+            improver.improve(plan, write)
     except OutOfTimeError:
         return SearchEnd.OUT_OF_TIME
     except MemoryError:
