@@ -49,6 +49,18 @@ def test_shortest_ways(tmp_path: Path) -> None:
     assert sorted(engine.solve().symbols) == ["distance(1,2,4,1)", "distance(1,2,5,2)"]
 
 
+@of("docs/grounding_on_demand.md", "Schedules")
+def test_schedules(tmp_path: Path) -> None:
+    (program,) = [piece.text for piece in section("docs/grounding_on_demand.md", "Schedules")]
+    facts = "precedes(boil,fry). precedes(chop,fry). takes(boil,9). takes(chop,2)."
+    file = tmp_path / "schedule.lp"
+    file.write_text(f"{facts} item((boil;chop;fry)). {program}#show begins/2.")
+    engine = Engine(Options(files=(str(file),)))
+    for part in ("base", "timing"):
+        engine.apply(Ground((Part(part),)))
+    assert sorted(engine.solve().symbols) == ["begins(boil,0)", "begins(chop,0)", "begins(fry,9)"]
+
+
 def test_examples_of_an_encoding() -> None:
     check_output("docs/check.md", "Examples", (ASP / "mailbot.examples").read_text())
 

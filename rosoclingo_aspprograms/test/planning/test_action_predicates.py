@@ -198,6 +198,16 @@ def test_deadlines_count_from_when_requests_have_come(tmp_path: Path) -> None:
     assert [90, 100] in dues
 
 
+def test_clients_are_told_when_their_requests_will_be_met(tmp_path: Path) -> None:
+    """One does all, each thing in 5 s; one of them cannot be done in time."""
+    text = WORK.replace("R = (quick;slow)", "R = quick")
+    world = Task(tmp_path, text + "due(J,7) :- J = (a;b;c).")
+    goals = world.meet("a", "b", "c")
+    first = [[line for line in goal.lines if " in " in line or "late" in line] for goal in goals]
+    assert sorted(lines[0] for lines in first) == [f"expected in {n} s" for n in (10, 15, 5)]
+    assert sorted(lines[1] for lines in first) == [f"late by {n} s" for n in (0, 3, 8)]
+
+
 SWITCH = """
 initially(lamp,off). initially(fuse,X) :- fuse(X).
 action(arm,toggle).

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Pattern, Sequence
+from typing import Any, Callable, Dict, List, Optional, Pattern, Sequence
 
 from rosclingo.errors import OptionsError
 from rosclingo.solver.option_parser import OptionParser
@@ -88,7 +88,13 @@ def make_parser() -> OptionParser:
         help="an action without an answer for so long counts as failed or as timeout")  # fmt: skip
     add("--fail-probability", type=number_type(1.0), default=0.0, metavar="P", help="of the others")
     add("--seed", type=int, default=0, metavar="N", help="of these failures; by default 0")
-    add("--seconds", type=number_type(), default=1.0, metavar="S", help="how long an action takes")
+    add(
+        "--seconds",
+        type=number_type(),
+        default=None,
+        metavar="S",
+        help="how long an action takes; by default what the encoding says, else 1",
+    )
     add("--lasts", action="append", nargs=2, default=[], metavar=("REGEX", "S"),
         help="how long actions take where it is found; the first one counts")  # fmt: skip
     add("--most-steps", type=int, default=1000, metavar="N", help="when the simulation ends")
@@ -169,7 +175,7 @@ def _lasting(chosen: argparse.Namespace) -> Seconds:
         except ValueError as err:
             raise OptionsError(f"--lasts {regex} {text}: {text!r} is no number from 0 on") from err
 
-    def seconds(_: str, action: str) -> float:
+    def seconds(_: str, action: str) -> Optional[float]:
         return next((found for regex, found in lasts if regex.search(action)), chosen.seconds)
 
     return seconds

@@ -29,8 +29,8 @@ from rosoclingo.why.situation import Situation
 AnswerFunction = Callable[[str, str], Optional[str]]
 """Returns the answer to an actuator's action, or None for none at all."""
 
-Seconds = Callable[[str, str], float]
-"""Returns how long an actuator's action takes, in seconds."""
+Seconds = Callable[[str, str], Optional[float]]
+"""Returns how long an actuator's action takes, in seconds; None for as long as the plan says."""
 
 
 class DeskSimulation(System):
@@ -106,6 +106,14 @@ class DeskSimulation(System):
             return True
         return self._pass()
 
+    def _duration(self, actuator: str, action: str) -> float:
+        """Returns how long an action takes, in seconds: 1 if nothing is said."""
+        seconds = self._seconds(actuator, action)
+        if seconds is None:
+            execution = self.loop.state.executions.last.get(actuator)
+            seconds = (execution.seconds if execution is not None else 0) or 1.0
+        return seconds
+
     def _pass(self) -> bool:
         """Advances the clock to the next answer, or the loop's next check of silent actuators."""
         moments = [*self._due.values(), *self.own_moments()]
@@ -146,7 +154,7 @@ class DeskSimulation(System):
         answer = self._answer(actuator, action)
         self._due.pop(actuator, None)
         if answer is not None:
-            self._due[actuator] = self.clock + self._seconds(actuator, action)
+            self._due[actuator] = self.clock + self._duration(actuator, action)
             self._answers[actuator] = answer
 
     def answer(self, actuator: str, value: str = SUCCESS) -> str:
@@ -183,7 +191,7 @@ class DeskSimulation(System):
             elif one.source in self.acting and one.moment.kind == STEP:
                 self._answers[one.source] = one.value
                 if one.source not in self._due:
-                    seconds = self._seconds(one.source, self.acting[one.source])
+                    seconds = self._duration(one.source, self.acting[one.source])
                     self._due[one.source] = self.clock + seconds
             elif one.source in self.acting:
                 self.answer(one.source, one.value)
