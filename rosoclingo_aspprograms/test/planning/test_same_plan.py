@@ -32,9 +32,10 @@ def _plan(encoding: str, *tables: int, seed: int = 0) -> List[List[object]]:
 
 @pytest.mark.costly
 def test_a_small_plan_is_the_best(tmp_path: Path) -> None:
-    """One waiter brings both dishes to neighbouring tables."""
+    """Each waiter brings one dish: one alone would need seven steps, and eight actions are more."""
     encoding = write(tmp_path, restaurant(2, 2) + " corridor(t0,t1).")
-    assert len(_plan(encoding, 0, 1)) == 7
+    plan = _plan(encoding, 0, 1)
+    assert (max(step for step, *_ in plan), len(plan)) == (4, 8)
 
 
 @pytest.mark.costly

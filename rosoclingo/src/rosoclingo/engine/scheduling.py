@@ -616,7 +616,7 @@ class Scheduler:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def delay(self) -> cython.bint:
+    def delay(self) -> cython.int:
         """Finds by how much items have to begin later; returns whether there are any."""
         i: cython.int = 0
         first: cython.int
