@@ -157,7 +157,9 @@ def test_limits_count_for_a_process_that_was_started_in_advance(spare: Spare) ->
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
 def test_a_process_ends_with_its_parent(start: str, end: signal.Signals) -> None:
     program = (
-        "import time\nfrom test_engine_process import *\n"
+        "import signal, time\nfrom test_engine_process import *\n"
+        # A shell has its background jobs ignore SIGINT.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         f"{start}\nprint(pid, flush=True)\n"
         "while True:\n    time.sleep(0.1)  # no pause() without end: a signal may come before it\n"
     )
