@@ -7,7 +7,7 @@ from typing import List, Set, Tuple
 
 import pytest
 from episode import DYN_RESET, RECORDING, RESET, SINGLE
-from test_actions import STEPS, World
+from test_actions import ACTIONS, STEPS, World
 
 from rosoclingo.loop.journal import Ended, SearchEnded
 
@@ -118,6 +118,52 @@ def test_a_cancel_waits_for_the_action_that_serves_the_goal(mode: str) -> None:
     world.turn = turn  # type: ignore[method-assign]
     assert world.run() is None
     assert goal.ended
+
+
+PARCELS = """
+#program base.
+actuator(a;b).
+request(parcel).
+
+#program present(k,t).
+own(ID,(label(ID);stamp(ID)),no,k) :- asked(ID,parcel,k).
+wants(ID,(label(ID);stamp(ID)),yes,k) :- asked(ID,parcel,k).
+restores(ID,label(ID),no,k) :- asked(ID,parcel,k).
+action(a,stamp(ID),k) :- asked(ID,parcel,k).
+sets(a,stamp(ID),stamp(ID),yes,k) :- asked(ID,parcel,k).
+action(b,label(ID),k) :- asked(ID,parcel,k).
+needs(b,label(ID),stamp(ID),yes,k) :- asked(ID,parcel,k).
+sets(b,label(ID),label(ID),yes,k) :- asked(ID,parcel,k).
+"""
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("outcome", ["success", "failure"])
+def test_a_cancel_waits_for_what_changes_another_variable(
+    mode: str, outcome: str, tmp_path: Path
+) -> None:
+    """All is restored at once, and the goal's slot is not free before the action has ended."""
+    file = tmp_path / "parcels.lp"
+    file.write_text(f'#include "{ACTIONS}".{PARCELS}')
+    world = World(mode, [str(file)])
+    goal = world.request("parcel")
+    outcomes = [outcome]
+
+    def turn() -> bool:
+        if not world.goals[1:]:
+            world.cancel(goal)
+            world.request("parcel")
+            return True
+        for robot in sorted(world.acting):
+            assert goal.ended or world.acting[robot] == "stamp(1)"
+            assert not (goal.ended and outcomes)
+            world.answer(robot, outcomes.pop() if outcomes else "success")
+        return bool(world._items)
+
+    world.turn = turn  # type: ignore[method-assign]
+    assert world.run() is None
+    assert goal.words[-1] == "canceled"
+    assert world.goals[1].words[-1] == "succeeded"
 
 
 @pytest.mark.parametrize("mode", [RECORDING, RESET, DYN_RESET])
