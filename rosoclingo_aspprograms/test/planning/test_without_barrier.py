@@ -9,7 +9,10 @@ import pytest
 from episode import DYN_RESET, RECORDING, RESET, SINGLE
 from test_actions import ACTIONS, STEPS, World
 
+from rosoclingo.loop import search
 from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.state import State
+from rosoclingo.loop.values.atoms import Plan
 
 ENCODINGS = Path(__file__).resolve().parents[3] / "rosoclingo" / "test" / "encodings"
 MODES = (RECORDING, RESET, DYN_RESET, SINGLE)
@@ -164,6 +167,25 @@ def test_a_cancel_waits_for_what_changes_another_variable(
     assert world.run() is None
     assert goal.words[-1] == "canceled"
     assert world.goals[1].words[-1] == "succeeded"
+
+
+def test_plans_say_nothing_of_goals_that_have_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: List[Tuple[int, str]] = []
+
+    def take(state: State, plan: Plan, is_best: bool = True) -> None:
+        statuses = [s for s in plan.symbols if s.startswith("status(") and "accepted" not in s]
+        shown.extend((state.step, one) for one in statuses)
+        take_plan(state, plan, is_best)
+
+    take_plan = search.take_plan
+    monkeypatch.setattr(search, "take_plan", take)
+    world = SlowWorld(RECORDING, slow="")
+    for text in ("visit(1)", "visit(3)", "visit(5)"):
+        world.request(text)
+    assert world.run() is None
+    for slot in ("1", "2", "3"):
+        statuses = {one for _, one in shown if one.startswith(f"status({slot},")}
+        assert len(statuses) == 1, shown
 
 
 @pytest.mark.parametrize("mode", [RECORDING, RESET, DYN_RESET])
