@@ -23,7 +23,7 @@ _BASE = {
     "initially": 2, "number": 2, "moves": 1, "way": 2, "lasts": 3, "drains": 3, "action": 2,
     "needs": 4, "needs_other": 4, "needs_least": 4, "needs_most": 4, "sets": 4, "sets_if": 5,
     "condition": 5, "uses": 4, "gives": 4, "fills": 3, "occupies": 3, "fails": 4, "wants": 3,
-    "wants_least": 3, "wants_most": 3, "restores": 3, "says": 3, "request": 1,
+    "wants_least": 3, "wants_most": 3, "restores": 3, "says": 3, "request": 1, "ready": 3,
 }  # fmt: skip
 _OF_SLOTS = {"own": 4, "wants": 4, "wants_least": 4, "wants_most": 4, "restores": 4}
 _SEARCH = "1"
@@ -131,6 +131,7 @@ class Physics:
         blocked: Pairs of places between which there is no way.
         lost: The variables whose value the robots do not know.
         running: What actuators do.
+        ripening: What variables become by themselves.
         slots: By the slots, the open goals with their requests.
         violations: What was impossible.
     """
@@ -151,6 +152,7 @@ class Physics:
         self.blocked: Set[FrozenSet[str]] = set()
         self.lost: Set[str] = set()
         self.running: Dict[str, Tuple[str, Act]] = {}
+        self.ripening: Dict[str, str] = {}
         self.slots: Dict[str, Tuple[str, str]] = {}
         self.canceled: Set[str] = set()
         self.violations: List[str] = []
@@ -173,6 +175,7 @@ class Physics:
         self.canceled.discard(goal)
         for variable in mine:
             self.values.pop(variable, None)
+            self.ripening.pop(variable, None)
             self.lost.discard(variable)
         return mine
 
@@ -322,7 +325,8 @@ class Physics:
                 if variable in self.limits:
                     self.levels[variable] = int(value)
                 elif variable in self.values:  # and not one of a goal that has ended
-                    self.values[variable] = value
+                    takes_time = outcome == "success" and self._takes_time(variable, value)
+                    (self.ripening if takes_time else self.values)[variable] = value
         for number in self.limits:
             takes, adds = act.takes.get(number, 0), act.adds.get(number, 0)
             if outcome != "failure" or is_way:
@@ -335,6 +339,15 @@ class Physics:
         lost = [variable for variable in lost if variable in self.values]
         self.lost |= set(lost)
         return lost
+
+    def _takes_time(self, variable: str, value: str) -> bool:
+        sources = [self._rules.base, *(self._rows_of(slot) for slot in self.slots)]
+        return any(row[:2] == (variable, value) for rows in sources for row in rows["ready"])
+
+    def ripen(self, variable: str, value: str) -> None:
+        """The time has come after which a variable has a value by itself."""
+        if self.ripening.get(variable) == value:
+            self.values[variable] = self.ripening.pop(variable)
 
     def is_touched(self, variable: str) -> bool:
         """Whether an action under way reads or changes a variable or a number."""

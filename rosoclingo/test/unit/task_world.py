@@ -6,7 +6,6 @@ die. Nothing that begins may be impossible, and all goals have to end as they sh
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -15,12 +14,12 @@ from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 from crashes import Client, Life, World
 from task_judge import Physics, Rules
 
+from rosclingo.wire.term_text import split_term
 from rosoclingo.loop.inputs.inbox import Item
 from rosoclingo.loop.journal import AnswerArrived, MessageArrived, StatusSet
 from rosoclingo.loop.values.execution import Execution
 
 PACKAGES = Path(__file__).resolve().parents[3]
-_UNBLOCKED = re.compile(r"unblocked\((\w+),(\w+)\)")
 _CALM_AFTER = 60  # answers, after which nothing goes wrong any more
 
 
@@ -35,6 +34,7 @@ class Domain:
         unknown: Prefixes of actions whose outcome may stay unknown.
         full: Prefixes of numbers that a message refills when nothing else can be done.
         slots: For how many goals is planned.
+        is_timed: Whether time goes by while robots act.
     """
 
     files: Sequence[str]
@@ -43,6 +43,7 @@ class Domain:
     unknown: Tuple[str, ...] = ()
     full: Tuple[str, ...] = ()
     slots: Sequence[int] = (1, 2, 3, 4)
+    is_timed: bool = False
 
 
 ENCODINGS = PACKAGES / "rosoclingo" / "test" / "encodings"
@@ -67,6 +68,10 @@ DOMAINS: Dict[str, Domain] = {
          str(ASP / "hospital" / "instances" / "small.lp"),
          str(ENCODINGS / "linen_robots.lp")],
         ("linen", "return"), ("battery(", "at("), ("go", "recharge"), ("battery",),
+    ),
+    "diner": Domain(
+        [str(ENCODINGS / "diner.lp")], ("eat", "tidy"), ("lamp(", "legs("), ("go", "switch", "rest"),
+        ("legs",), is_timed=True,
     ),
 }  # fmt: skip
 MOST_SLOTS = ["-c", "slots=4"]
@@ -200,6 +205,11 @@ class TaskWorld(World):
                 return
         if self._disturb(life):
             return
+        if self._domain.is_timed and chance.random() < 0.4:
+            life.clock += chance.randint(1, 10)
+            life.loop.state.watchdog.look_soon()
+            if chance.random() < 0.5 and life.own_moments():
+                return
         if self._open:
             tokens = self._open if chance.random() < self.together else [chance.choice(self._open)]
             for token in list(tokens):
@@ -336,12 +346,17 @@ class TaskLife(Life):
     """A life whose world knows its goals."""
 
     def put(self, *items: Item) -> None:
-        """Takes inputs; a way of which the loop itself says that it is free is so."""
+        """Takes inputs; what the loop itself says after a time is so from then on."""
         super().put(*items)
         for item in items:
-            way = _UNBLOCKED.match(item.value) if isinstance(item, MessageArrived) else None
-            if way is not None and isinstance(self._world, TaskWorld):
-                self._world.physics.blocked.discard(frozenset(way.groups()))
+            if not (isinstance(item, MessageArrived) and isinstance(self._world, TaskWorld)):
+                continue
+            physics = self._world.physics
+            name, arguments = split_term(item.value)
+            if name == "unblocked":
+                physics.blocked.discard(frozenset(arguments))
+            elif name == "ready":
+                physics.ripen(*arguments)
 
     def live(self) -> None:
         world = self._world
