@@ -360,6 +360,7 @@ class Physics:
     def set(self, variable: str, value: str) -> None:
         """Changes a variable or a number from outside, or makes it known."""
         self.lost.discard(variable)
+        self.ripening.pop(variable, None)
         if variable in self.limits:
             self.levels[variable] = int(value)
         else:

@@ -70,8 +70,8 @@ DOMAINS: Dict[str, Domain] = {
         ("linen", "return"), ("battery(", "at("), ("go", "recharge"), ("battery",),
     ),
     "diner": Domain(
-        [str(ENCODINGS / "diner.lp")], ("eat", "tidy"), ("lamp(", "legs("), ("go", "switch", "rest"),
-        ("legs",), is_timed=True,
+        [str(ENCODINGS / "diner.lp")], ("eat", "tidy"), ("lamp(", "legs(", "food("),
+        ("go", "switch", "rest"), ("legs",), is_timed=True,
     ),
 }  # fmt: skip
 MOST_SLOTS = ["-c", "slots=4"]

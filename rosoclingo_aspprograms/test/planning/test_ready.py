@@ -33,12 +33,23 @@ sets(waiter,serve(ID),food(ID),served,k) :- asked(ID,dish,k).
 """
 
 
+SCRAPES = """
+#program base.
+says(food(ID,X),food(ID),X) :- rslot(ID), X = (raw;cooked;burnt).
+
+#program present(k,t).
+action(cook,scrape(ID),k) :- asked(ID,dish,k).
+needs(cook,scrape(ID),food(ID),burnt,k) :- asked(ID,dish,k).
+sets(cook,scrape(ID),food(ID),raw,k) :- asked(ID,dish,k).
+"""
+
+
 class Kitchen(World):
     """Each action takes a second."""
 
-    def __init__(self, mode: str, folder: Path) -> None:
+    def __init__(self, mode: str, folder: Path, more: str = "") -> None:
         file = folder / "kitchen.lp"
-        file.write_text(f'#include "{ACTIONS}".{KITCHEN}')
+        file.write_text(f'#include "{ACTIONS}".{KITCHEN}{more}')
         self.began: List[Tuple[str, float]] = []
         super().__init__(mode, [str(file)])
 
@@ -81,3 +92,33 @@ def test_a_cancelled_dish_is_not_waited_for(mode: str, tmp_path: Path) -> None:
     assert kitchen.run() is None
     assert goal.words[-1] == "canceled"
     assert kitchen.clock < 30
+
+
+@pytest.mark.parametrize("mode", [RECORDING, RESET, DYN_RESET, SINGLE])
+@pytest.mark.parametrize(
+    ("said", "then"),
+    [("cooked", ["serve(1)"]), ("raw", ["put_on(1)", "serve(1)"]),
+     ("burnt", ["scrape(1)", "put_on(1)", "serve(1)"])],
+)  # fmt: skip
+def test_a_message_ends_what_becomes_so_by_itself(
+    mode: str, said: str, then: List[str], tmp_path: Path
+) -> None:
+    """What a message says of a dish while it cooks goes before what it would become."""
+    kitchen = Kitchen(mode, tmp_path, SCRAPES)
+    goal = kitchen.request("dish")
+    turn = kitchen.turn
+    said_at: List[float] = []
+
+    def tell_when_it_cooks() -> bool:
+        if not (kitchen.acting or said_at):
+            kitchen.clock += 5
+            said_at.append(kitchen.clock)
+            kitchen.tell("info", f"food(1,{said})")
+            return True
+        return turn()
+
+    kitchen.turn = tell_when_it_cooks  # type: ignore[method-assign]
+    assert kitchen.run() is None
+    assert goal.words[-1] == "succeeded"
+    assert [action for action, _ in kitchen.began] == ["put_on(1)", *then]
+    assert kitchen.began[1][1] < said_at[0] + 1
