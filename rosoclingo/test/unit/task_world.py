@@ -138,6 +138,9 @@ class TaskWorld(World):
     def hear(self, run: str, told: Sequence[Execution]) -> None:
         self._open = [(run, one.number) for one in told if one.answer is None]
         self._enter()
+        for one in self._pausing:
+            if one.action.startswith("go("):
+                self.physics.try_again(one.actuator, one.action)
         for one in told:
             token = run, one.number
             if one.answer is None and self._done.get(one.actuator) != token:
@@ -147,6 +150,13 @@ class TaskWorld(World):
                 if one.attempt > 1 and one.action.startswith("go("):
                     self.physics.try_again(one.actuator, one.action)
                 self.physics.begin(one.actuator, one.action)
+
+    @property
+    def _pausing(self) -> Sequence[Execution]:
+        """The executions that are tried again, of whose failures the planner does not know."""
+        assert self._life is not None
+        ordered = self._life.loop.state.executions.ordered
+        return [one for one in ordered if one.is_held and one.pauses]
 
     def _enter(self) -> None:
         assert self._life is not None
@@ -257,13 +267,16 @@ class TaskWorld(World):
     def _news(self) -> List[Tuple[str, str, str]]:
         """Returns the messages that may report a change now."""
         physics = self.physics
+        acts = [physics.act(one.actuator, one.action) for one in self._pausing]
+        touched = {v for act in acts if act is not None for v in act.reads | act.writes}
+        touched.update(n for act in acts if act is not None for n in (*act.takes, *act.adds))
         found = [row for row in self._says if row[0].startswith(self._domain.news or ("\0",))]
         if "at(" in self._domain.news:
             found += [(f"at({r},{p})", f"at({r})", p) for r in self._robots for p in self._places]
         return [
             (c, v, x) for c, v, x in found
             if not physics.is_touched(v) and (v in physics.values or v in physics.levels)
-            and v not in physics.lost and physics.now(v) != x
+            and v not in physics.lost and v not in touched and physics.now(v) != x
         ]  # fmt: skip
 
     def _tell(self, text: str, change: Callable[[], None]) -> None:
