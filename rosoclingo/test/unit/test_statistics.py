@@ -293,3 +293,13 @@ def test_a_plan_that_is_timed_anew_after_a_success_is_no_change(answer: str, cou
     journal.move(1).action("r", "go").action("s", "stay").message("r", answer)
     run = journal.plan("do(r,go,1)", "do(s,stay,1)", "do(s,stay,2)", "do(s,put,3)").compute()
     assert len(run.changes) == count
+
+
+@pytest.mark.parametrize(("last", "count"), [((), 1), (("do(s,take,3)",), 2)])
+def test_a_plan_that_is_not_shown_to_its_end_is_no_change(
+    last: Tuple[str, ...], count: int
+) -> None:
+    """What the other robot fetches becomes ready by itself, some time after the success."""
+    journal = Journal().goal("g", "a").plan("do(r,cook,1)", "do(s,stay,1)", "do(s,fetch,2)")
+    journal.move(1).action("r", "cook").action("s", "stay").message("r", "success")
+    assert len(journal.plan("do(r,cook,1)", "do(s,stay,1)", *last).compute().changes) == count

@@ -42,9 +42,9 @@ def change(
         after: What is planned now.
         is_expected: Whether nothing has come since the plan before but that actions have succeeded.
             Then it is the same plan if each actuator does the same in the same order: it has only
-            been timed anew.
+            been timed anew. The end may be left out, as what waits for a time is not shown.
     """
-    if is_expected and _orders(before) == _orders(after):
+    if is_expected and _begins_with(_orders(before), _orders(after)):
         return None
     differ = [one for one in before.keys() | after.keys() if before.get(one) != after.get(one)]
     if not differ:
@@ -62,6 +62,11 @@ def change(
         before=tuple(sorted(old - new)),
         after=tuple(sorted(new - old)),
     )
+
+
+def _begins_with(orders: Mapping[str, List[str]], first: Mapping[str, List[str]]) -> bool:
+    """Tells whether each actuator first does the same, and nothing else."""
+    return all(orders.get(one, [])[: len(actions)] == actions for one, actions in first.items())
 
 
 def _orders(plan: Planned) -> Dict[str, List[str]]:
