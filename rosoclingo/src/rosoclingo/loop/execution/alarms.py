@@ -25,7 +25,7 @@ class Alarms:
 
     Attributes:
         due: When each is due, in seconds of the world's time, by messages.
-        last: The latest time that is known, likewise; a clock that is behind it has begun anew.
+        last: The latest time that is known, in seconds; a clock that is behind it has begun anew.
         sent: The messages that were sent, and are still set.
     """
 
