@@ -94,7 +94,7 @@ READ: Dict[str, Tuple[str, ...]] = {
     **{name: (str(HERE / f"{name}.lp"),) for name in ("courier", "blocks", "power", "transport")},
     **{
         name: (str(EPISODES_OF / f"{name}.lp"),)
-        for name in ("errands", "kitchen", "trucks", "tugs")
+        for name in ("diner", "errands", "kitchen", "trucks", "tugs")
     },
     "hospital with two robots": (
         str(ASP / "hospital" / "instances" / "small.lp"), str(ASP / "hospital" / "hospital.lp"),
