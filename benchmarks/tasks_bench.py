@@ -67,6 +67,7 @@ _ACTUATORS = ("aircraft", "driver", "elevator", "hoist", "robot", "rover", "sate
 _NODES = Path(__file__).resolve().parents[1] / "rosoclingo" / "nodes"
 _MODE = "dynamic.incremental.dyn_reset"
 _STEPS = ["-c", "steps=10000"]
+_NAME = "imported"  # of the encodings; the library has files of some other names
 _NO_PLAN = Samples("s", (SECONDS,))
 
 UNSEEN = """\
@@ -168,7 +169,7 @@ def write_encoding(
     domain: Path, problem: Path, folder: str, options: Optional[ImportOptions] = None
 ) -> List[str]:
     """Imports a task into a folder, and returns the planner's files."""
-    texts = import_task(domain, problem, options or ImportOptions(name="task"))
+    texts = import_task(domain, problem, options or ImportOptions(name=_NAME))
     return [str(f) for f in write_files(texts, Path(folder)) if f.suffix == ".lp"]
 
 
@@ -176,7 +177,7 @@ def execute_task(domain: Path, problem: Path, kinds: Sequence[str], seed: int) -
     """Executes plans for a task, and returns what is wrong; nothing if all is right."""
     validator = read_validator(domain, problem)
     known = {*validator.kinds.values(), *(fact[0] for fact in validator.facts)}
-    options = ImportOptions(name="task", actuators=[kind for kind in kinds if kind in known])
+    options = ImportOptions(name=_NAME, actuators=[kind for kind in kinds if kind in known])
     with tempfile.TemporaryDirectory() as place:
         world = _World(write_encoding(domain, problem, place, options), validator, seed)
         world.request("goal")

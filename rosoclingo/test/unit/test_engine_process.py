@@ -157,11 +157,12 @@ def test_limits_count_for_a_process_that_was_started_in_advance(spare: Spare) ->
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
 def test_a_process_ends_with_its_parent(start: str, end: signal.Signals) -> None:
     program = (
-        "import signal, time\nfrom test_engine_process import *\n"
+        "import os, signal\nfrom test_engine_process import *\n"
         # A shell has its background jobs ignore SIGINT.
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "read, write = os.pipe()\nos.set_blocking(write, False)\nsignal.set_wakeup_fd(write)\n"
         f"{start}\nprint(pid, flush=True)\n"
-        "while True:\n    time.sleep(0.1)  # no pause() without end: a signal may come before it\n"
+        "os.read(read, 1)\n"  # ends with a signal, even if that came before
     )
     paths = os.pathsep.join([*sys.path, str(Path(__file__).parent)])
     with subprocess.Popen(
