@@ -110,8 +110,8 @@ def search_here(task: TimeTask) -> Found:
     flat = flatten(planning)
     found: List[Tuple[float, Sequence[int]]] = []
     worker.write = lambda record: found.append((time.process_time() - began, record))
-    options = {"plan": None, "standing": None, "seconds": MARKS[-1], "improve_seconds": MARKS[-1], "moment": 0,
-               "improve_evaluations": 10**9}  # fmt: skip
+    options = {"plan": None, "standing": None, "seconds": MARKS[-1], "moment": 0,
+               "improve_seconds": MARKS[-1], "improve_evaluations": 10**9}  # fmt: skip
     began = time.process_time()
     worker.search(tuple(flat), options, os.getppid())
     seconds = found[0][0]

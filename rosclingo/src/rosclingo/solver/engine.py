@@ -43,8 +43,8 @@ from rosclingo.errors import (
 from rosclingo.solver import programs, scripts
 from rosclingo.solver.activity import GROUNDING, SOLVING, SolverActivity
 from rosclingo.solver.controls import ClingoMessages, new_control, use_heuristics
-from rosclingo.solver.delays import LongestPaths
 from rosclingo.solver.explanations import CauseFinder
+from rosclingo.solver.longest_paths import LongestPaths
 from rosclingo.solver.memory import (
     RESERVE,
     is_out_of_memory,
@@ -315,7 +315,7 @@ class Engine:
         self._externals = _ExternalValues()
         self._ask = None
         self._ways.forget()
-        self._delays.forget()
+        self._longest.forget()
         self._causes.forget()
         err = out_of_memory(doing)
         self.activity.failure = self._dropped = str(err)
@@ -386,9 +386,9 @@ class Engine:
         if self._is_fresh and program is last:
             return
         ways = ShortestWays(lambda: self._control.symbolic_atoms)
-        delays = LongestPaths(lambda: self._control.symbolic_atoms)
+        longest = LongestPaths(lambda: self._control.symbolic_atoms)
         causes = CauseFinder(lambda: self._control.symbolic_atoms)
-        namespace: scripts.Namespace = {**ways.functions, **delays.functions, **causes.functions}
+        namespace: scripts.Namespace = {**ways.functions, **longest.functions, **causes.functions}
         messages = ClingoMessages()
         with scripts.using(namespace):
             control = new_control(options.clingo, messages, has_heuristics=program.has_heuristics)
@@ -407,7 +407,7 @@ class Engine:
             use_heuristics(control, options.clingo)
         self.program = program
         self._scripts = namespace
-        self._ways, self._delays, self._causes = ways, delays, causes
+        self._ways, self._longest, self._causes = ways, longest, causes
         self._control = control  # the old one goes before its theory
         self._theory = theory
         self._messages = messages
@@ -526,7 +526,7 @@ class Engine:
     def _cleanup(self, _: wire.CleanupDomains) -> None:
         self._ask = None  # it may go
         self._ways.forget()
-        self._delays.forget()
+        self._longest.forget()
         self._causes.forget()
         self._control.cleanup()
 

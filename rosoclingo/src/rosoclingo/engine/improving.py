@@ -158,7 +158,7 @@ class Improver:
             return
         enough = INSERTION_SHARE * self._search.evaluations + FIRST_INSERTIONS
         while inserter.evaluations - self._inserted < enough and self._evaluations_left > 0:
-            if inserter.is_spent:
+            if inserter.is_stuck:
                 return
             if self._stop():
                 raise OutOfTimeError

@@ -66,7 +66,7 @@ def inserter_of(task: tuple):
     if not task[9] or task[6] or not task[4]:
         return None
     inserter = Inserter(task, Timetable(task, {}))
-    return inserter if inserter.requests and inserter.is_possible else None
+    return inserter if inserter.requests and inserter.has_chains else None
 
 
 @cython.cclass
@@ -137,12 +137,12 @@ class Inserter:
         return self.scheduler.work // self.items_per_evaluation
 
     @property
-    def is_spent(self) -> bool:
+    def is_stuck(self) -> bool:
         """Whether so many rounds have found nothing better that others hardly will."""
         return self.rounds_in_vain > ROUNDS_PER_PAIR * len(self.requests) ** 2
 
     @property
-    def is_possible(self) -> bool:
+    def has_chains(self) -> bool:
         """Whether each request has a chain."""
         return not [1 for request in self.requests if not self.chains.of_requests[request]]
 

@@ -36,7 +36,7 @@ from rosoclingo.loop.values.execution import (
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.values.snapshot import take_over
 from rosoclingo.loop.waiting import Waiting
-from rosoclingo.loop.words import BUSY, GIVEN_UP, INFO, INTERRUPTED
+from rosoclingo.loop.words import BUSY, GIVEN_UP, INFO, INTERRUPTED, TRIES
 
 _ASKED = (HoldReason.APPROVAL, HoldReason.HOLD, HoldReason.PAUSE)  # what waits for an operator
 ASK_AGAIN_SECONDS = 60.0
@@ -446,7 +446,7 @@ class State(Progress):
     def _tell_tries(self, step: int, actuators: Iterable[str]) -> None:
         """Tells how often actuators have tried what they answer for, if an encoding counts that."""
         tries = [
-            f"tries({actuator},{one.attempt})"
+            f"{TRIES}({actuator},{one.attempt})"
             for actuator in sorted(actuators)
             for one in [self.executions.acting(actuator)]
             if one is not None and one.attempt > 1

@@ -23,6 +23,9 @@ BUSY = "busy"
 PASSED, INTERRUPTED = "passed", "interrupted"
 """What the loop says of a step: that it has gone by, or has ended before anybody has answered."""
 
+TRIES = "tries"
+"""What the loop says of an answer: ``tries(R,C)``, that R has tried its action C times."""
+
 INFO = "info"
 """The id of what nobody has to answer for: an observation, or what the loop itself says."""
 

@@ -17,7 +17,7 @@ from typing import Collection, Optional, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.words import INFO, INTERRUPTED, PASSED, QUEUE, SOLVER
+from rosoclingo.loop.words import INFO, INTERRUPTED, PASSED, QUEUE, SOLVER, TRIES
 
 RESERVED = {
     "commit": "stands for what was published",
@@ -30,6 +30,8 @@ RESERVED = {
 
 GOAL, CANCEL = "goal", "cancel"
 """The words before the colon of a goal and of a cancel request; a message has its source there."""
+
+_OWN = ((QUEUE, "first", 1), (INFO, PASSED, 0), (INFO, INTERRUPTED, 0), (INFO, TRIES, 2))
 
 _EVENT = re.compile(r'((?:"(?:[^"\\]|\\.)*"|[^":])*):(.*)', re.DOTALL)
 
@@ -70,10 +72,8 @@ def why_no_message(source: str, content: str, slots: Collection[str]) -> Optiona
 
 def is_own(source: str, content: str) -> bool:
     """Tells if an event is reserved for rosoclingo itself."""
-    if source == QUEUE:
-        name, arguments = split_term(content)
-        return (name, len(arguments)) == ("first", 1)
-    return source in ("commit", "save") or (source == INFO and content in (PASSED, INTERRUPTED))
+    name, arguments = split_term(content)
+    return source in ("commit", "save") or (source, name, len(arguments)) in _OWN
 
 
 def split_event(text: str) -> Optional[Tuple[str, str]]:
