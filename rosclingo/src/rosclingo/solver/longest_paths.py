@@ -2,21 +2,26 @@
 
 A graph is said by facts P(I,J,N,G): in graph G, J begins N after I begins, or later. When each
 one begins at the earliest is the length of the longest path there. Rules would ground an atom for
-each path; a rule of a later part asks for it by a term instead:
+each path; a rule of a later part asks for it by a term instead.
+
+With a pair of names, (P,Q), facts Q(I,J,N,G) say that J begins N after I begins at most, so I may
+have to begin later. One that contradicts the others is left out:
 
 >>> from rosclingo.solver.engine import Engine
 >>> from rosclingo.solver.options import Options
 >>> from rosclingo.wire import commands as wire
 >>> program = '''
 ... lag(boil,drain,9,today). lag(chop,fry,2,today). lag(drain,fry,1,today).
+... slack(chop,fry,3,today).
 ... #program ask.
-... begins(I,N) :- I = (boil;fry;wash), N = @longest_path(lag,today,I).
+... begins(I,N) :- I = (chop;fry;wash), N = @longest_path(lag,today,I).
+... late(I,N) :- I = (chop;fry), N = @longest_path((lag,slack),today,I).
 ... '''
 >>> engine = Engine(Options())
 >>> parts = wire.Ground((wire.Part("base"),)), wire.Ground((wire.Part("ask"),))
 >>> engine.run([wire.Add("base", (), program), *parts]).failure
->>> sorted(text for text in engine.solve().symbols if text.startswith("begins"))
-['begins(boil,0)', 'begins(fry,10)', 'begins(wash,0)']
+>>> sorted(text for text in engine.solve().symbols if text.startswith(("begins", "late")))
+['begins(chop,0)', 'begins(fry,10)', 'begins(wash,0)', 'late(chop,7)', 'late(fry,10)']
 """
 
 from __future__ import annotations
@@ -56,7 +61,7 @@ class LongestPaths:
         """
         self._new_facts = NewFacts(atoms)
         self._lags: Dict[str, OrderedDict[int, _Lags]] = {}
-        self._begins: Dict[Tuple[str, int], Dict[int, int]] = {}
+        self._begins: Dict[Tuple[str, str, int], Dict[int, int]] = {}
 
     @property
     def functions(self) -> Dict[str, Callable[..., List[clingo.Symbol]]]:
@@ -75,29 +80,29 @@ class LongestPaths:
         """Returns the length of the longest path to a node; 0 if none leads there.
 
         Args:
-            predicate: The name of the graph's facts, a constant.
+            predicate: The name of the graph's facts, a constant; or a pair of that and the name of
+                those that say how much later something begins at most.
             graph: Their last argument.
             node: The node.
 
         Raises:
-            ValueError: The name is no constant, a length is no whole number from 0 on, or the graph
+            ValueError: A name is no constant, a length is no whole number from 0 on, or the graph
                 has a circle.
         """
-        is_name = predicate.type is SymbolType.Function and not predicate.negative
-        if not is_name or predicate.arguments:
-            raise ValueError(f"{shorten(str(predicate))} is no name of a predicate")
-        key = predicate.name, symbol_key(graph)
+        names = _names(predicate)
+        key = names[0], names[-1], symbol_key(graph)
         if key not in self._begins:
             try:
-                begins = _longest(self._read(*key))
+                lags, *others = [self._read(name, key[2]) for name in names]
+                begins = _longest(lags)
+                if begins is None:
+                    raise ValueError(
+                        f"{names[0]}/{_ARITY} has a circle in graph {shorten(str(graph))}"
+                    )
             except ValueError:
                 self.forget()  # so that it is refused again
                 raise
-            if begins is None:
-                raise ValueError(
-                    f"{predicate}/{_ARITY} has a circle in graph {shorten(str(graph))}"
-                )
-            self._begins[key] = begins
+            self._begins[key] = _delayed(begins, lags, others[0]) if others else begins
         return [Number(self._begins[key].get(symbol_key(node), 0))]
 
     def _read(self, name: str, graph: int) -> _Lags:
@@ -114,19 +119,64 @@ class LongestPaths:
             graphs.setdefault(symbol_key(key), []).append(lag)
         while len(graphs) > _MOST_GRAPHS:
             old, _ = graphs.popitem(last=False)
-            self._begins.pop((name, old), None)
+            for key in [key for key in self._begins if name in key[:2] and key[2] == old]:
+                del self._begins[key]
         return graphs.get(graph, [])
 
 
-def _longest(lags: _Lags) -> Optional[Dict[int, int]]:
-    """Returns the length of the longest path to each node; None if there is a circle."""
+def _names(predicate: clingo.Symbol) -> List[str]:
+    """Returns the name of a predicate, or the two of a pair."""
+    is_pair = predicate.type is SymbolType.Function and not predicate.name
+    symbols = predicate.arguments if is_pair else [predicate]
+    for symbol in symbols:
+        is_name = symbol.type is SymbolType.Function and symbol.name and not symbol.negative
+        if not is_name or symbol.arguments or len(symbols) > 2:
+            raise ValueError(f"{shorten(str(predicate))} is no name of a predicate")
+    return [symbol.name for symbol in symbols]
+
+
+def _delayed(begins: Dict[int, int], lags: _Lags, slacks: _Lags) -> Dict[int, int]:
+    """Returns when nodes begin at the earliest if slacks are kept, as far as they can be.
+
+    Args:
+        begins: When they begin without slacks.
+        lags: The graph.
+        slacks: By how much nodes begin later than others at most.
+    """
+    kept: _Lags = []
+    for slack in slacks:
+        trial = [*kept, slack]
+        found = begins
+        for _ in range(len(trial) + 1):
+            late = [
+                (first, found.get(second, 0) - most)
+                for first, second, most in trial
+                if found.get(second, 0) - most > found.get(first, 0)
+            ]
+            if not late:
+                begins, kept = found, trial
+                break
+            found = dict(found)
+            for node, begin in late:
+                found[node] = max(begin, found.get(node, 0))
+            found = _longest(lags, found) or found
+    return begins
+
+
+def _longest(lags: _Lags, least: Optional[Dict[int, int]] = None) -> Optional[Dict[int, int]]:
+    """Returns the length of the longest path to each node; None if there is a circle.
+
+    Args:
+        lags: The graph.
+        least: Lengths that nodes have at least; none for 0.
+    """
     followers: Dict[int, List[Tuple[int, int]]] = {}
     missing: Dict[int, int] = {}
     for first, second, length in lags:
         followers.setdefault(first, []).append((second, length))
         missing[second] = missing.get(second, 0) + 1
         missing.setdefault(first, 0)
-    found = dict.fromkeys(missing, 0)
+    found = {**dict.fromkeys(missing, 0), **(least or {})}
     ready = [node for node, count in missing.items() if count == 0]
     while ready:
         node = ready.pop()

@@ -384,6 +384,19 @@ class ActionTook(Event):
 
 
 @dataclass(frozen=True)
+class ClockRead(Event):
+    """The time that the planner was told, recorded for replays.
+
+    Attributes:
+        number: The reading's number in the run.
+        seconds: Seconds of ROS's time since the first reading.
+    """
+
+    number: int
+    seconds: float
+
+
+@dataclass(frozen=True)
 class StatusSet(Event):
     """A goal's status has changed: as the journal, the goal's client and the store have it.
 
@@ -538,6 +551,7 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
     ActionWithdrawn: lambda e: Fields("withdrawn", e.actuator, e.action),
     ActionRetried: lambda e: Fields("retry", e.actuator, e.action, (str(e.retry), e.answer)),
     ActionTook: lambda e: Fields("took", e.actuator, e.kind, (str(e.number),), e.seconds),
+    ClockRead: lambda e: Fields("clock", str(e.number), seconds=e.seconds),
     StatusSet: lambda e: Fields(
         "status", e.goal, e.status.value,
         (e.slot,) if e.status is Status.ACCEPTED else (e.slot, str(e.reason)),
@@ -577,6 +591,7 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
         f.id, f.text, int("".join(f.details[:1])), "".join(f.details[1:2])
     ),
     "took": lambda f: ActionTook(f.id, f.text, int("".join(f.details[:1])), f.seconds),
+    "clock": lambda f: ClockRead(int(f.id), f.seconds),
     "status": lambda f: StatusSet(f.id, Status(f.text), *_slot_and_reason(*f.details)),
     "waiting": lambda f: LoopWaits(f.text == _FOR_A_REPLAY),
     "why": lambda f: Explained(f.id, f.text, "".join(f.details[:1]), f.seconds),

@@ -158,6 +158,7 @@ class State(Progress):
         self.beliefs = BeliefKeeper()
         self.timing = Timing(
             self.durations,
+            self.alarms,
             progress=self,
             goals=self.goals,
             externals=self.externals,
@@ -379,7 +380,9 @@ class State(Progress):
                 is_cancelled |= not missing
                 for _, reason in missing:
                     self.environment.warn(f"the goal {goal.request} cannot be cancelled: {reason}")
+        has_placed = False
         while self.goals.waiting and self.goals.has_free_slot():
+            has_placed = True
             self.executions.forget_rejections()
             placed = self.goals.place()
             while placed:
@@ -407,12 +410,16 @@ class State(Progress):
         self.timing.tell_planner(step)
         self.goals.tell_positions()
         self._tell_busy(step)
+        if has_placed or self.plan.uses_clock:
+            self.timing.tell_clock(step)
         return is_cancelled
 
     def assign_answers(self, step: int) -> None:
         """Ends the step: makes the events of all messages true, and says who is busy."""
         self._assign_pending_messages(step)
         self._tell_busy(step)
+        if self.plan.uses_clock:
+            self.timing.tell_clock(step)
 
     def _tell_busy(self, step: int) -> None:
         """Says who is busy if the step is over, or if it can end for the news."""

@@ -23,6 +23,9 @@ BUSY = "busy"
 PASSED, INTERRUPTED = "passed", "interrupted"
 """What the loop says of a step: that it has gone by, or has ended before anybody has answered."""
 
+CLOCK = "clock"
+"""What the loop says of the time: ``clock(N)``, N whole seconds after it was said first."""
+
 TRIES = "tries"
 """What the loop says of an answer: ``tries(R,C)``, that R has tried its action C times."""
 

@@ -27,7 +27,7 @@ from rosoclingo.store.high_water import HighWaterMark, HighWaterMarkFile
 from rosoclingo.store.loss import Loss
 
 _APPLICATION = 0x526F5343  # RoSC: which program's file it is
-_VERSION = 10  # of the format
+_VERSION = 11  # of the format
 _WAIT_SECONDS = 5.0  # for a node that is just ending, and has the file
 _CHECKPOINT_PAGES = 256  # of 4 KiB: so long does the write-ahead log grow
 _BITS = 64

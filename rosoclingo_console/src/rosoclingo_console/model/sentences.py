@@ -114,6 +114,7 @@ _TELLERS: Mapping[type, Tuple[str, Callable[[Any, RequestsByGoal], str]]] = {
     journal.ActionWithdrawn: ("action", lambda e, _: f"withdrawn: {e.actuator} {e.action}"),
     journal.ActionRetried: ("action", _retried),
     journal.ActionTook: ("command", _took),
+    journal.ClockRead: ("command", lambda e, _: f"the planner is told the time: {e.seconds:.0f} s"),
     journal.LoopWaits: ("command", lambda *_: "the loop waits"),
     journal.Explained: ("why", lambda e, _: f"why {e.question}: {e.text}"),
     journal.NodeResumed: ("node", _resumed),

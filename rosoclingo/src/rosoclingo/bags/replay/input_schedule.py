@@ -10,6 +10,9 @@ from rosoclingo.bags.replay.inputs import begins_a_wait, is_refused
 from rosoclingo.loop import journal
 from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledInput, ScheduledKind
 from rosoclingo.loop.journal import Entry
+from rosoclingo.loop.values.recorded import reading
+
+_BETWEEN = (journal.MessageDropped, journal.ActionTook, journal.ClockRead)  # a goal and its accept
 
 
 def input_schedule(
@@ -17,7 +20,7 @@ def input_schedule(
 ) -> List[ScheduledInput]:
     """Returns the schedule of the inputs that the loop has taken, in its order; then the rest.
 
-    That are the outcomes of searches, and how long actions took.
+    That are the outcomes of searches, and what clocks measured.
 
     Args:
         run: The run.
@@ -68,7 +71,7 @@ def input_schedule(
             acts |= entry.number not in let_go
         if isinstance(event, journal.StatusSet) and not event.slot:
             undecided.pop(event.goal, None)  # not those that came with it
-        elif not isinstance(event, (*journal.ARRIVALS, journal.MessageDropped, journal.ActionTook)):
+        elif not isinstance(event, (*journal.ARRIVALS, *_BETWEEN)):
             undecided.clear()
         if isinstance(event, journal.ARRIVALS) and not (
             (isinstance(event, journal.CancelArrived) and event.goal in ended) or is_refused(event)
@@ -156,6 +159,9 @@ def _outcomes(entries: Sequence[Entry], kills: bool, same_encodings: bool) -> Li
         elif isinstance(event, journal.ActionTook):
             number, seconds = str(event.number), repr(event.seconds)
             found.append(ScheduledInput(decision, Phase.WAIT, ScheduledKind.TIME, number, seconds))
+        elif isinstance(event, journal.ClockRead):
+            name, seconds = reading(event.number), repr(event.seconds)
+            found.append(ScheduledInput(decision, Phase.WAIT, ScheduledKind.TIME, name, seconds))
     if knows_searches:
         found.append(ScheduledInput(decision + 1, Phase.WAIT, ScheduledKind.SEARCH, ""))
     return found

@@ -26,7 +26,8 @@ from rosoclingo.loop.journal import Entry
 
 # Searches are long, and what they have found is seen from what follows.
 _NOT_COMPARED = (
-    journal.LoopWaits, journal.MessageDropped, journal.ActionTook, journal.SearchEnded,
+    journal.LoopWaits, journal.MessageDropped, journal.ActionTook, journal.ClockRead,
+    journal.SearchEnded,
 )  # fmt: skip
 _SEARCHES = (journal.CommandDone, journal.SearchEnded)
 _POLL_SECONDS = 0.02

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Dict, List, Mapping
+from typing import Dict, List, Mapping, Optional, Tuple
 
 
 @dataclass
@@ -27,11 +27,15 @@ class Alarms:
         due: When each is due, in seconds of the world's time, by messages.
         last: The latest time that is known, in seconds; a clock that is behind it has begun anew.
         sent: The messages that were sent, and are still set.
+        began: When the clock was read first, in seconds of the world's time; None before.
+        readings: How often it was read.
     """
 
     due: Dict[str, float] = field(default_factory=dict)
     last: float = 0.0
     sent: List[str] = field(default_factory=list)
+    began: Optional[float] = None
+    readings: int = 0
 
     def set(self, seconds: Mapping[str, int], now: float) -> None:
         """Sets alarms, and forgets all others; those that were set before are due when they were.
@@ -57,10 +61,23 @@ class Alarms:
         self.sent += due
         return due
 
+    def read_clock(self, now: float) -> Tuple[int, float]:
+        """Returns the number of this reading, and the seconds since the first one.
+
+        Args:
+            now: The world's time, in seconds.
+        """
+        self._follow(now)
+        if self.began is None:
+            self.began = now
+        self.readings += 1
+        return self.readings, now - self.began
+
     def _follow(self, now: float) -> None:
         """Moves alarms with a clock that begins anew, as that of a simulator."""
         if now < self.last:
             self.due = {one: at + now - self.last for one, at in self.due.items()}
+            self.began = None if self.began is None else self.began + now - self.last
         self.last = now
 
     def next(self) -> float:

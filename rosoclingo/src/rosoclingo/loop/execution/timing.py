@@ -5,18 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Callable
 
+from rosoclingo.loop.execution.alarms import Alarms
 from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.execution.progress import Progress
-from rosoclingo.loop.journal import ActionTook, Event
+from rosoclingo.loop.journal import ActionTook, ClockRead, Event
 from rosoclingo.loop.planner.externals import PlannerExternals
 from rosoclingo.loop.values.arrivals import EXPECTED, arrival_lines, expected_arrivals
 from rosoclingo.loop.values.atoms import Plan, event
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goals
-from rosoclingo.loop.values.recorded import Recorded
-from rosoclingo.loop.words import INFO, SUCCESS
+from rosoclingo.loop.values.recorded import Recorded, reading
+from rosoclingo.loop.words import CLOCK, INFO, SUCCESS
 
 _MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
 _MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
@@ -30,6 +31,7 @@ class Timing:
 
     Attributes:
         durations: How long actions have taken.
+        alarms: The clock that the planner knows.
         progress: The plan, and the step.
         goals: The goals.
         externals: What the planner's encoding knows.
@@ -40,6 +42,7 @@ class Timing:
     """
 
     durations: Durations
+    alarms: Alarms
     progress: Progress
     goals: Goals
     externals: PlannerExternals
@@ -57,10 +60,24 @@ class Timing:
         if not (done.kind and done.is_timed and value == SUCCESS) or done.aborted:
             return
         measured = max(0.0, self.environment.world_now() - done.world_began)
-        seconds = self.recorded.measured(done.number, measured)
+        seconds = self.recorded.measured(str(done.number), measured)
         if seconds:
             self.note(ActionTook(done.actuator, done.kind, done.number, seconds))
             self.durations.learn(done.kind, done.seconds, seconds)
+
+    def tell_clock(self, step: int) -> None:
+        """Tells the planner the time, in whole seconds, if its encoding takes that.
+
+        Args:
+            step: The step that ends now, or in which a goal has come.
+        """
+        if not self.externals.declares(INFO, f"{CLOCK}(0)"):
+            return
+        number, seconds = self.alarms.read_clock(self.environment.world_now())
+        told = self.recorded.measured(reading(number), seconds)
+        if told is not None:
+            self.note(ClockRead(number, told))
+            self.externals.make_true([event(INFO, f"{CLOCK}({int(told)})", step)])
 
     def tell_planner(self, step: int) -> None:
         """Tells the planner which actions take longer or shorter than it believes."""

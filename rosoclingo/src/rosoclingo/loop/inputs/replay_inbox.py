@@ -113,7 +113,7 @@ def decode(text: object) -> List[ScheduledInput]:
             if due.kind is ScheduledKind.SEARCH and due.text:
                 _read_search(due.text)
             if due.kind is ScheduledKind.TIME:
-                int(due.id), float(due.text)
+                float(due.text)
         return dues
     except (TypeError, ValueError, OverflowError, RecursionError) as err:
         raise ParameterError(
@@ -137,7 +137,7 @@ class ReplayInbox(Inbox):
         searches = [due for due in dues if due.kind is ScheduledKind.SEARCH]
         self.recorded = Recorded(
             [(due.decision, _read_search(due.text)) for due in searches if due.text],
-            {int(due.id): float(due.text) for due in dues if due.kind is ScheduledKind.TIME},
+            {due.id: float(due.text) for due in dues if due.kind is ScheduledKind.TIME},
             knows_searches=bool(searches),
             early=[due.decision for due in searches if due.phase is Phase.BEFORE],
         )

@@ -38,7 +38,7 @@ QUERY = "query("
 
 _READ = ("do(", "status(", "abort(")
 _FEEDBACK = "feedback("
-_TIMES = ("lasts(", "expected(", "due(")
+_TIMES = ("lasts(", "expected(", "due(", "tell_clock")
 _FAULTS = ("retries(", "tell_later(")
 _SORTED = (*_READ, *_TIMES, *_FAULTS, *SHOWN)
 
@@ -70,8 +70,9 @@ class Action:
 class Plan:
     """A plan: the atoms of an answer set that rosoclingo reads.
 
-    That is do/3, status/3, holds/2, abort/2 and feedback/2, of times lasts/3, expected/2 and due/2,
-    of failures retries/3 and tell_later/2, and those of :mod:`rosoclingo.loop.values.beliefs`.
+    That is do/3, status/3, holds/2, abort/2 and feedback/2, of times lasts/3, expected/2, due/2 and
+    tell_clock, of failures retries/3 and tell_later/2, and those of
+    :mod:`rosoclingo.loop.values.beliefs`.
 
     Attributes:
         symbols: The answer set.
@@ -79,6 +80,7 @@ class Plan:
             how long it takes, in seconds.
         serving: The action with which each goal is served of which the plan says that, by slots.
         limits: Within how many seconds after they came goals are due, likewise.
+        uses_clock: Whether the encoding is to be told the time at each answer.
         retries: How often each action is tried again after a failure, and after how many seconds,
             for those of which the plan says that.
         alarms: After how many seconds the encoding is to be told a message, by messages.
@@ -94,6 +96,7 @@ class Plan:
         self.lasting: Dict[Action, Tuple[str, int]] = {}
         self.serving: Dict[str, Action] = {}
         self.limits: Dict[str, int] = {}
+        self.uses_clock = "tell_clock" in self.symbols
         self.retries: Dict[Action, Tuple[int, int]] = {}
         self.alarms: Dict[str, int] = {}
         beliefs: List[str] = []

@@ -17,7 +17,7 @@ from typing import Collection, Optional, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.words import INFO, INTERRUPTED, PASSED, QUEUE, SOLVER, TRIES
+from rosoclingo.loop.words import CLOCK, INFO, INTERRUPTED, PASSED, QUEUE, SOLVER, TRIES
 
 RESERVED = {
     "commit": "stands for what was published",
@@ -31,7 +31,13 @@ RESERVED = {
 GOAL, CANCEL = "goal", "cancel"
 """The words before the colon of a goal and of a cancel request; a message has its source there."""
 
-_OWN = ((QUEUE, "first", 1), (INFO, PASSED, 0), (INFO, INTERRUPTED, 0), (INFO, TRIES, 2))
+_OWN = (
+    (QUEUE, "first", 1),
+    (INFO, PASSED, 0),
+    (INFO, INTERRUPTED, 0),
+    (INFO, TRIES, 2),
+    (INFO, CLOCK, 1),
+)
 
 _EVENT = re.compile(r'((?:"(?:[^"\\]|\\.)*"|[^":])*):(.*)', re.DOTALL)
 

@@ -1,4 +1,4 @@
-"""Outcomes that a replay dictates besides inputs: how searches end, and how long actions take."""
+"""Outcomes that a replay dictates besides inputs: how searches end, and what clocks measure."""
 
 from __future__ import annotations
 
@@ -7,6 +7,15 @@ from collections import Counter, deque
 from typing import Collection, Deque, Mapping, Optional, Sequence, Tuple
 
 from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
+
+
+def reading(number: int) -> str:
+    """Returns the name of a reading of the clock.
+
+    Args:
+        number: Its number in the run.
+    """
+    return f"clock {number}"
 
 
 class Recorded:
@@ -23,7 +32,7 @@ class Recorded:
     def __init__(
         self,
         searches: Sequence[Tuple[int, SearchEnded]] = (),
-        times: Optional[Mapping[int, float]] = None,
+        times: Optional[Mapping[str, float]] = None,
         *,
         knows_searches: bool = False,
         early: Collection[int] = (),
@@ -32,8 +41,8 @@ class Recorded:
 
         Args:
             searches: How searches end, each with the number of decisions before it.
-            times: How long actions took, in seconds, by the numbers of their tokens; None in a new
-                run.
+            times: What clocks have measured, in seconds: how long actions took, by the numbers of
+                their tokens, and the time, by :func:`reading`; None in a new run.
             knows_searches: Whether these are all searches whose outcome depends on time.
             early: The numbers of decisions to wait during which the loop was killed, once for each
                 search for a better plan in that wait. A replay repeats these searches before the
@@ -81,17 +90,17 @@ class Recorded:
             ended = self._next()
             return ended is not None and improves == (ended.how in IMPROVING)
 
-    def measured(self, number: int, seconds: float) -> Optional[float]:
-        """Returns how long an action took; in a replay, how long the recorded one did.
+    def measured(self, name: str, seconds: float) -> Optional[float]:
+        """Returns what a clock has measured; in a replay, what it did in the recording.
 
         Args:
-            number: That of its token.
-            seconds: How long it took now, in seconds.
+            name: The number of an action's token, or what :func:`reading` returns.
+            seconds: What it has measured now, in seconds.
 
         Returns:
-            None if nobody knows.
+            None if the recording does not say.
         """
-        return seconds if self._times is None else self._times.get(number)
+        return seconds if self._times is None else self._times.get(name)
 
     def forget(self) -> None:
         """Has the loop go on by itself from now on, as the run is another one."""

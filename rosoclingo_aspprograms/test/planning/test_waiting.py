@@ -1,0 +1,125 @@
+"""Actions wait by the clock where a value would be kept for too long."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Dict
+
+import pytest
+from episode import DYN_RESET, RECORDING, RESET, SINGLE
+from test_actions import ACTIONS
+
+from rosclingo.solver.options import Options
+from rosoclingo.desk.inputs import read_input
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.loop.journal import ActionPublished, StatusSet
+
+# The waiter lays the table for 100 s; a dish takes 10 s to fry, and is hot for 20 s.
+KITCHEN = """
+#program base.
+actuator(cook;waiter).
+request((dish;look)).
+action(guest,look).
+sets(guest,look,seen,yes).
+initially(seen,no).
+wants(look,seen,yes).
+duration(guest,look,30).
+
+#program present(k,t).
+own(ID,food(ID),raw,k) :- asked(ID,dish,k).
+own(ID,table(ID),bare,k) :- asked(ID,dish,k).
+wants(ID,food(ID),served,k) :- asked(ID,dish,k).
+action(cook,fry(ID),k) :- asked(ID,dish,k).
+needs(cook,fry(ID),food(ID),raw,k) :- asked(ID,dish,k).
+sets(cook,fry(ID),food(ID),hot,k) :- asked(ID,dish,k).
+duration(cook,fry(ID),10,k) :- asked(ID,dish,k).
+at_most(food(ID),hot,20,k) :- asked(ID,dish,k).
+action(waiter,(lay(ID);serve(ID)),k) :- asked(ID,dish,k).
+sets(waiter,lay(ID),table(ID),laid,k) :- asked(ID,dish,k).
+duration(waiter,lay(ID),100,k) :- asked(ID,dish,k).
+needs(waiter,serve(ID),food(ID),hot,k) :- asked(ID,dish,k).
+needs(waiter,serve(ID),table(ID),laid,k) :- asked(ID,dish,k).
+sets(waiter,serve(ID),food(ID),served,k) :- asked(ID,dish,k).
+duration(waiter,serve(ID),5,k) :- asked(ID,dish,k).
+"""
+COOKS_BY_ITSELF = "ready(food(ID),hot,40,k) :- asked(ID,dish,k)."
+SECONDS = {"lay": 100.0, "fry": 10.0, "serve": 5.0, "look": 30.0}
+
+
+class Kitchen(DeskSimulation):
+    """Notes in ``began`` when actions begin, in seconds."""
+
+    def __init__(self, mode: str, folder: Path, more: str = "", **inputs: str) -> None:
+        file = folder / "kitchen.lp"
+        file.write_text(f'#include "{ACTIONS}".{KITCHEN}{more}')
+        lasts: Dict[str, float] = {**SECONDS}
+        super().__init__(
+            make_parts(mode, Options((str(file),))).loop,
+            [read_input(f"goal:{goal}", step) for goal, step in inputs.items()],
+            seconds=lambda actuator, action: lasts[action.partition("(")[0]],
+            patience=0.0,
+        )
+        self.lasts = lasts
+
+    @property
+    def began(self) -> Dict[str, float]:
+        """The first time of each action, by its name."""
+        found: Dict[str, float] = {}
+        for entry in self.journal:
+            if isinstance(entry.event, ActionPublished):
+                found.setdefault(entry.event.action.partition("(")[0], entry.seconds)
+        return found
+
+    @property
+    def ends(self) -> Any:
+        """The statuses in which goals have ended."""
+        events = [entry.event for entry in self.journal]
+        return [
+            event.status.value
+            for event in events
+            if isinstance(event, StatusSet) and event.status.is_terminal
+        ]
+
+
+@pytest.mark.parametrize("mode", [RECORDING, RESET, DYN_RESET, SINGLE])
+def test_the_cook_waits_until_the_waiter_will_be_back_in_time(mode: str, tmp_path: Path) -> None:
+    kitchen = Kitchen(mode, tmp_path, dish="0")
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded"]
+    began = kitchen.began
+    assert began["lay"] == 0
+    assert 70 <= began["fry"] < 72
+    assert began["serve"] == 100
+
+
+def test_what_cooks_by_itself_is_put_on_that_much_earlier(tmp_path: Path) -> None:
+    kitchen = Kitchen(DYN_RESET, tmp_path, COOKS_BY_ITSELF, dish="0")
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded"]
+    assert 30 <= kitchen.began["fry"] < 32
+
+
+def test_the_end_of_another_action_does_not_begin_the_wait_anew(tmp_path: Path) -> None:
+    """The time that has gone by since an action began counts when the rest is timed anew."""
+    kitchen = Kitchen(DYN_RESET, tmp_path, dish="0", look="0")
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded"] * 2
+    assert kitchen.began["look"] == 0
+    assert 70 <= kitchen.began["fry"] < 72
+
+
+def test_a_request_that_comes_meanwhile_does_not_end_the_wait(tmp_path: Path) -> None:
+    kitchen = Kitchen(DYN_RESET, tmp_path, dish="0", look="1")
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded"] * 2
+    assert 70 <= kitchen.began["fry"] < 72
+
+
+def test_a_waiter_who_is_late_lets_the_cook_act_after_the_expected_time(tmp_path: Path) -> None:
+    kitchen = Kitchen(DYN_RESET, tmp_path, dish="0")
+    kitchen.lasts["lay"] = 200.0
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded"]
+    assert 70 <= kitchen.began["fry"] < 72
+    assert kitchen.began["serve"] == 200
