@@ -119,8 +119,8 @@ class LongestPaths:
             graphs.setdefault(symbol_key(key), []).append(lag)
         while len(graphs) > _MOST_GRAPHS:
             old, _ = graphs.popitem(last=False)
-            for key in [key for key in self._begins if name in key[:2] and key[2] == old]:
-                del self._begins[key]
+            for known in [one for one in self._begins if name in one[:2] and one[2] == old]:
+                del self._begins[known]
         return graphs.get(graph, [])
 
 
