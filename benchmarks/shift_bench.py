@@ -515,7 +515,7 @@ class Life(System):
         super().__init__(make)
 
     @property
-    def clock(self) -> float:  # type: ignore[override]
+    def clock(self) -> float:
         """The time of the world, which goes on."""
         return self._world.clock
 
@@ -524,7 +524,7 @@ class Life(System):
         self._world.clock = max(self._world.clock, value)
 
     @property
-    def improves(self) -> bool:  # type: ignore[override]
+    def improves(self) -> bool:
         """Whether it is looked for a better plan, for which there is time now and then."""
         return self.clock >= self._world.improved + IMPROVING
 
