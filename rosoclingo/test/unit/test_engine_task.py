@@ -8,7 +8,7 @@ import pytest
 
 from rosoclingo.engine.flattening import flatten
 from rosoclingo.engine.reading import TaskReader, plan_rows
-from rosoclingo.engine.rest import rest_of_plan
+from rosoclingo.engine.rest import begun_plan, rest_of_plan
 from rosoclingo.engine.task import Kind, PlanningTask
 from rosoclingo.engine.ways import WayMap
 from rosoclingo.errors import TaskError
@@ -179,6 +179,40 @@ def test_what_served_a_request_that_is_gone_is_left_out() -> None:
     plan = rest_of_plan(task)
     assert plan is not None
     assert [task.actions[number].name for number in plan] == ["sing"]
+
+
+def test_what_is_under_way_is_not_done_again() -> None:
+    """The robot charges, and is to charge once more later; both would be possible now."""
+    followed = ['plan_act(1,"|",r,charge,"|",9)', 'plan_way(2,"|",r,"|",b,"|",10)',
+                'plan_act(3,"|",r,take,"|",11)', 'plan_way(4,"|",r,"|",a,"|",12)',
+                'plan_act(5,"|",r,charge,"|",13)', 'plan_act(6,"|",r,put,"|",14)']  # fmt: skip
+    reader = TaskReader()
+    reader.read_facts(SHOP)
+    rows = [*NOW, "task_busy(r,charge)"]
+    left = [["r", "b"], ["r,take", ""], ["r", "a"], ["r,charge", ""], ["r,put", ""]]
+    task = reader.read(rows, followed, 3)  # it has begun, and is to take until step 9
+    assert [list(fact) for (fact,) in task.left] == left
+    task = reader.read(rows, followed, 9)  # it takes longer than planned
+    assert [list(fact) for (fact,) in task.left] == left
+
+
+def test_what_puts_a_request_out_of_reach_is_not_begun() -> None:
+    """The robot has the box, which is to be at b again; another one, s, has begun to sing."""
+    now = ['task_is(at(r),"|",b)', 'task_is(box,"|",r)', 'task_is(battery,"|",8)',
+           'task_is(room,"|",0)', *NOW[4:6]]  # fmt: skip
+    more = ["base_action(r,drop)", 'base_needs(r,drop,"|",at(r),"|",b)',
+            'base_needs(r,drop,"|",box,"|",r)', 'base_sets(r,drop,"|",box,"|",b)',
+            "base_action(s,hum)", 'base_sets(s,hum,"|",sound,"|",good)']  # fmt: skip
+    followed = ['plan_way(3,"|",r,"|",a,"|",4)', 'plan_act(4,"|",r,put,"|",5)',
+                'plan_act(5,"|",s,hum,"|",6)']  # fmt: skip
+    reader = TaskReader()
+    reader.read_facts([*(row for row in SHOP if "take" not in row), *more])
+    for place, names in (("b", ["hum"]), ("a", ["a", "put", "hum"])):
+        wishes = [f'task_wish(1,"|",box,"|",{place})', 'task_wish(2,"|",sound,"|",good)']
+        put = ['task_wish(3,"|",at(r),"|",a)']  # so that the way matters
+        task = reader.read([*now, *wishes, *put], followed, 3)
+        # To put the box at a can be planned, though nobody can take it from there.
+        assert [task.actions[number].name for number in begun_plan(task)] == names
 
 
 TAP = [

@@ -109,7 +109,7 @@ class TaskReader:
             relevance.actions,
             {slot: each for slot, each in requests.items() if slot not in relevance.hopeless},
             tuple(slot for slot in requests if slot in relevance.hopeless),
-            _left(followed, step, failed),
+            _without(_left(followed, step, failed), [choice for (choice,) in new["busy"]]),
             min(((int(n), slot) for slot, n in new["overdue"]), default=(0, ""))[1],
             derivation,
             failed,
@@ -238,6 +238,33 @@ def _requests(rows: Sequence[Sequence[str]], limits: Dict[str, int]) -> Dict[str
         slot: TaskRequest(tuple(wished), tuple((name, *of) for name, of in bounds[slot].items()))
         for slot, wished in values.items()
     }
+
+
+def _without(
+    layers: Sequence[Sequence[TaskFact]], busy: Sequence[str]
+) -> Sequence[Sequence[TaskFact]]:
+    """Returns what is left of a plan without the actions that actuators are at.
+
+    The state of a task is the one after these. An action that may be done twice, such as to charge,
+    would be done again.
+
+    Args:
+        layers: What is left of the plan.
+        busy: The actions under way, each after its actuator and a comma.
+    """
+    kept = [[*layer] for layer in layers]
+    for choice in busy:
+        prefix = f"{split_term(f'busy({choice})')[1][0]},"
+        own = (
+            (layer, fact)
+            for layer in kept
+            for fact in layer
+            if not fact[1] and fact[0].startswith(prefix)
+        )
+        layer, fact = next(own, ([], ("", "")))
+        if fact[0] == choice:
+            layer.remove(fact)
+    return [layer for layer in kept if layer]
 
 
 def _left(

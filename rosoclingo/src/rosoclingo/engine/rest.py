@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from typing import Dict, List, Mapping, Optional, Sequence, Set
+from collections import Counter
+from typing import Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosoclingo.engine.moves import Moves
 from rosoclingo.engine.task import Kind, PlanningTask, TaskAction, TaskFact, TaskState
@@ -61,31 +62,80 @@ def begun_of(task: PlanningTask, plan: List[int]) -> List[List[int]]:
 
 
 def begun_plan(task: PlanningTask) -> List[int]:
-    """Returns as much of what is begun as is possible, where the rest of the plan is not."""
-    plan: List[int] = []
-    state = task.state
+    """Returns as much of what is begun as is possible, where the rest of the plan is not.
+
+    What puts a request out of reach is left out, such as to serve what has been cancelled.
+    """
+    parts = [*_begun_parts(task)] if _may_hold(task) else []
+    plan, state = _append(task, parts, lambda _: True)
+    if parts and not _is_in_reach(task, state):
+        plan, _ = _append(task, parts, lambda state: _is_in_reach(task, state))
+    return plan
+
+
+def _begun_parts(task: PlanningTask) -> Iterator[Tuple[TaskAction, str]]:
+    """Yields the next action of each actuator, and where it goes for that; empty for nowhere."""
     headed: Dict[str, str] = {}
     through: Set[str] = set()
-    ways = {(a.actuator, a.name, a.start): n for n, a in enumerate(task.actions) if a.start}
-    choices = {f"{a.actuator},{a.name}": n for n, a in enumerate(task.actions) if not a.start}
-    for name, place in [one for layer in task.left for one in layer] if _may_hold(task) else ():
+    choices = {f"{a.actuator},{a.name}": a for a in task.actions if not a.start}
+    for name, place in [one for layer in task.left for one in layer]:
         if place:
             headed[name] = place
         if place or name not in choices:
             continue
-        actuator = task.actions[choices[name]].actuator
-        if actuator in through or _has_failed(task, actuator):
-            continue
-        through.add(actuator)
-        more = [choices[name]]
+        actuator = choices[name].actuator
+        if actuator not in through and not _has_failed(task, actuator):
+            through.add(actuator)
+            yield choices[name], headed.get(actuator, "")
+
+
+def _append(
+    task: PlanningTask,
+    parts: Sequence[Tuple[TaskAction, str]],
+    is_wanted: Callable[[TaskState], bool],
+) -> Tuple[List[int], TaskState]:
+    """Returns a plan of the parts that are possible and after which the state is as wanted."""
+    plan: List[int] = []
+    state = task.state
+    numbers = {(a.actuator, a.name, a.start): n for n, a in enumerate(task.actions)}
+    for action, place in parts:
+        actuator = action.actuator
+        more = [numbers[actuator, action.name, ""]]
         here = state.values.get(f"at({actuator})", "")
-        if headed.get(actuator, here) != here:
-            more.insert(0, ways.get((actuator, headed[actuator], here), -1))
+        if place not in ("", here):
+            more.insert(0, numbers.get((actuator, place, here), -1))
         with contextlib.suppress(TaskError):
             if -1 not in more:
-                state = task.execute([*plan, *more]).state
-                plan += more
-    return plan
+                after = task.execute([*plan, *more]).state
+                if is_wanted(after):
+                    plan, state = [*plan, *more], after
+    return plan, state
+
+
+def _is_in_reach(task: PlanningTask, state: TaskState) -> bool:
+    """Tells whether all requests are within reach of a state if nothing is undone or used up.
+
+    Where variables are derived, it does not know, and says so.
+    """
+    wanted = {fact for request in task.requests.values() for fact in request.values}
+    reached = set(state.values.items())
+    left: Sequence[TaskAction] = () if task.derivation.variables else task.actions
+    while left and not wanted <= reached:
+        several = Counter(variable for variable, _ in reached)
+        later: List[TaskAction] = []
+        for action in left:
+            can = reached.issuperset(action.needs) and all(
+                several[variable] > 1 or (variable, value) not in reached
+                for variable, value in action.others
+            )
+            if can:
+                reached.update((change.variable, change.value) for change in action.changes)
+            else:
+                later.append(action)
+        if len(later) == len(left):
+            break
+        left = later
+    return bool(task.derivation.variables) or wanted <= reached
 
 
 def _may_hold(task: PlanningTask) -> bool:
