@@ -11,10 +11,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
-from rosoclingo.loop.values.arrivals import DUE, EXPECTED, NOW, TIMED
+from rosoclingo.loop.words import DUE, EXPECTED, NOW, TIMED
 
 
 class TimedAction(NamedTuple):
@@ -75,3 +75,28 @@ class PlanTimes:
                         TimedAction(step, action[0], action[1], float(begins), float(last))
                     )
         return cls(now, tuple(actions), seconds[EXPECTED], seconds[DUE])
+
+    def moved(self, now: float, to: float, rate: float) -> PlanTimes:
+        """Returns the same times by another clock.
+
+        Args:
+            now: A time of ROS.
+            to: The time that the other clock shows then.
+            rate: How many seconds of that clock go by in a second of ROS's time.
+        """
+
+        def by_it(seconds: float) -> float:
+            return to + (seconds - now) * rate
+
+        return PlanTimes(
+            to,
+            tuple(
+                one._replace(begins=by_it(one.begins), ends=by_it(one.ends)) for one in self.actions
+            ),
+            {slot: by_it(time) for slot, time in self.expected.items()},
+            {slot: by_it(time) for slot, time in self.due.items()},
+        )
+
+
+TimedPlans = Sequence[Tuple[float, PlanTimes]]
+"""The times that ``~plan`` has said, in order, each with when, by another clock."""

@@ -11,7 +11,6 @@ from rosoclingo.loop.execution.progress import Progress
 from rosoclingo.loop.journal import ActionTook, Event
 from rosoclingo.loop.planner.externals import PlannerExternals
 from rosoclingo.loop.values.arrivals import (
-    EXPECTED,
     CurrentTime,
     DueTime,
     ExpectedArrival,
@@ -26,7 +25,7 @@ from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goals
 from rosoclingo.loop.values.recorded import Recorded
-from rosoclingo.loop.words import INFO, SUCCESS
+from rosoclingo.loop.words import EXPECTED, INFO, SUCCESS
 
 _MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
 _MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step

@@ -31,18 +31,7 @@ from typing import Container, Dict, List, Optional, Sequence, Tuple, Union
 
 from rosoclingo.loop.values.atoms import Action, Plan
 from rosoclingo.loop.values.execution import Execution
-
-EXPECTED = "expected"
-"""How the line of feedback begins that says when a goal will be served, and what ``~plan`` says."""
-
-DUE = "due"
-"""How the term of ``~plan`` begins that says when a goal is due."""
-
-TIMED = "timed"
-"""How the term of ``~plan`` begins that says when an action begins and ends."""
-
-NOW = "now"
-"""How the term of ``~plan`` begins that says what time it is, which relates the others to it."""
+from rosoclingo.loop.words import DUE, EXPECTED, NOW, TIMED
 
 
 @dataclass(frozen=True)
