@@ -11,6 +11,7 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.loop.values.arrivals import ExpectedArrival
 
 TIMES = """
 #program state(t).
@@ -47,7 +48,7 @@ class Run(DeskSimulation):
     def show_plan(self, *shown: Any) -> None:
         assert shown != self._message  # what is said again is not published
         self._message = shown
-        said = tuple(map(str, shown[-1]))
+        said = tuple(str(one) for one in shown[-1] if isinstance(one, ExpectedArrival))
         if not self.shown or self.shown[-1] != said:
             self.shown.append(said)
 

@@ -426,6 +426,40 @@ def test_a_picture_of_a_run(plan: Any, tmp_path: Path) -> None:
     assert {"visit(3)", "go(2)", "go(3)"} <= set(texts(file))
 
 
+TIMES = """
+#program state(t).
+#show due(ID,25) : rslot(ID).
+#program transition(t).
+#show lasts(do(robot,go(X),t),go,10) : do(robot,go(X),t).
+#show expected(ID,do(robot,go(X),t)) : do(robot,go(X),t), asked(ID,X,t).
+"""
+
+
+@pytest.mark.parametrize("has_map", [False, True])
+def test_a_picture_of_a_plan_with_durations(has_map: bool, plan: Any, tmp_path: Path) -> None:
+    """By seconds, with deadlines and what will be late."""
+    (tmp_path / "times.lp").write_text(TIMES + (MAP if has_map else ""))
+    file = tmp_path / "plan.svg"
+    plan(LINE, str(tmp_path / "times.lp"), "--goal", "visit(2)", "--goal", "visit(4)",
+         "--picture", str(file))  # fmt: skip
+    shown = texts(file)
+    assert {"s", "goals", "robot"} <= set(shown)
+    assert {"visit(2), due at 25 s", "visit(4), 5 s late"} <= set(shown)
+    assert [text for text in shown if text.startswith("go(")] == ["go(2)", "go(3)", "go(4)"]
+    said = ["open", "after the deadline", "deadline", "expected"]
+    assert {"actions: planned", *(f"goals: {word}" for word in said)} <= set(shown)
+
+
+def test_a_picture_of_a_run_with_durations(plan: Any, tmp_path: Path) -> None:
+    (tmp_path / "times.lp").write_text(TIMES)
+    file = tmp_path / "run.svg"
+    plan(LINE, str(tmp_path / "times.lp"), "--goal", "visit(4)", "--simulate",
+         "--lasts", r"go\(3\)", "17", "--picture", str(file))  # fmt: skip
+    shown = texts(file)
+    assert {"visit(4), 12 s late", "goals: succeeded", "goals: after the deadline"} <= set(shown)
+    assert "actions: planned" not in shown
+
+
 def test_a_picture_that_cannot_be_drawn(plan: Any, tmp_path: Path) -> None:
     with pytest.raises(PictureError, match=r"plan\.bmp: .*; \.png is a good ending"):
         plan(LINE, "--goal", "visit(2)", "--picture", str(tmp_path / "plan.bmp"))

@@ -5,7 +5,10 @@ from typing import List, Tuple
 import pytest
 from journals import Journal, long_journal
 
+from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.run import Statistics
+from rosoclingo.bags.report.statistics import compute
+from rosoclingo.drawing.plan_times import PlanTimes
 
 
 def kinds(run: Statistics) -> List[List[Tuple[str, str]]]:
@@ -303,3 +306,33 @@ def test_a_plan_that_is_not_shown_to_its_end_is_no_change(
     journal = Journal().goal("g", "a").plan("do(r,cook,1)", "do(s,stay,1)", "do(s,fetch,2)")
     journal.move(1).action("r", "cook").action("s", "stay").message("r", "success")
     assert len(journal.plan("do(r,cook,1)", "do(s,stay,1)", *last).compute().changes) == count
+
+
+# Times.
+
+
+def test_deadlines_and_the_plan_that_stands() -> None:
+    """The second goal gets the slot of the first one; ROS's time goes twice as fast."""
+    journal = Journal().goal("a", "first").status("a", "accepted", "1").goal("b", "second")
+    journal.action("r", "go(1)").message("r", "success").status("a", "succeeded", "1")
+    journal.status("b", "accepted", "1").action("r", "go(2)")
+    said = [
+        (2.5, "now(100)", "due(1,105)", "expected(1,106)"),
+        (7.5, "now(110)", "due(1,114)", "expected(1,118)", "timed(do(r,go(1),1),102,110)",
+         "timed(do(r,go(2),1),110,112)", "timed(do(r,give,2),112,118)"),
+    ]  # fmt: skip
+    plan_times = tuple((seconds, PlanTimes.read(terms)) for seconds, *terms in said)
+    run = compute(Recording("/rosoclingo", tuple(journal.entries), plan_times=plan_times))
+    first, second = run.goals
+    assert (first.due, first.expected, first.late) == (5.0, None, 1.0)
+    assert (second.due, second.expected, second.late) == (9.5, 11.5, 2.0)
+    planned = [(one.name, one.began, one.ended, one.answer) for one in run.planned]
+    assert planned == [("go(2)", 8.0, 8.5, "planned"), ("give", 8.5, 11.5, "planned")]
+    assert (run.ended, run.until) == (8.0, 11.5)
+
+
+def test_no_plan_stands_when_the_loop_has_ended() -> None:
+    journal = Journal().goal("a", "first").status("a", "accepted", "1").add("end", "", "enough")
+    times = PlanTimes.read(["now(1)", "timed(do(r,give,2),2,9)"])
+    run = compute(Recording("/rosoclingo", tuple(journal.entries), plan_times=((2.5, times),)))
+    assert (run.planned, run.until) == ((), 3.0)

@@ -208,6 +208,24 @@ def test_clients_are_told_when_their_requests_will_be_met(tmp_path: Path) -> Non
     assert sorted(lines[1] for lines in first) == [f"late by {n} s" for n in (0, 3, 8)]
 
 
+def test_clients_are_told_that_actuators_wait_for_each_other(tmp_path: Path) -> None:
+    """What a cook cooks for 60 s is handed over after that, while another thing is brought."""
+    text = """
+    actuator(cook;waiter). initially(dish,raw). initially((door;table),none).
+    action(cook,boil). needs(cook,boil,dish,raw). sets(cook,boil,dish,done). duration(cook,boil,60).
+    action(waiter,give). needs(waiter,give,dish,done). sets(waiter,give,table,set).
+    duration(waiter,give,5).
+    action(waiter,open). sets(waiter,open,door,set). duration(waiter,open,8).
+    request(dinner). request(air). due(dinner,50).
+    wants(dinner,table,set). wants(air,door,set).
+    """
+    world = Task(tmp_path, text)
+    dinner, air = world.meet("dinner", "air")
+    told = [line for line in dinner.lines if " in " in line or "late" in line]
+    assert told[:2] == ["expected in 65 s", "late by 15 s"]
+    assert next(line for line in air.lines if " in " in line) == "expected in 8 s"
+
+
 SWITCH = """
 initially(lamp,off). initially(fuse,X) :- fuse(X).
 action(arm,toggle).

@@ -18,7 +18,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.planner.planner import Planner
-from rosoclingo.loop.values.arrivals import arrival_lines, expected_arrivals
+from rosoclingo.loop.values.arrivals import arrival_lines, expected_arrivals, planned_spans
 from rosoclingo.loop.values.atoms import Plan
 from rosoclingo_aspprograms.validator import Edge, arguments
 
@@ -121,7 +121,8 @@ def plan_for(graph: InstanceMap, events: Sequence[str], folder: Path, *options: 
 
 def feedback(plan: Plan) -> List[str]:
     """Returns what clients are told of a plan for what has come just now."""
-    times = sorted(expected_arrivals(plan, 1, [], set(), 0.0).items())
+    spans = planned_spans(plan, 1, [], set(), 0.0)
+    times = sorted(expected_arrivals(plan, spans).items())
     return [
         f"{slot} {line}"
         for slot, time in times

@@ -1,4 +1,4 @@
-"""A plan as a picture: on the map if there is one, else as bars. Needs matplotlib, and no ROS."""
+"""A plan as a picture: by seconds, on the map, or as bars. Needs matplotlib, and no ROS."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report import picture
 from rosoclingo.bags.report.picture import draw_rows, label
 from rosoclingo.bags.report.rows import Bar, Lane
-from rosoclingo.bags.report.run import OPEN, numbered
+from rosoclingo.bags.report.run import OPEN, Statistics, numbered
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.desk.outcome import ShownPlan
 from rosoclingo.desk.simulation import DeskSimulation
@@ -41,13 +41,15 @@ def draw_run(simulation: DeskSimulation, title: str, file: Path) -> None:
         OSError: The file cannot be written.
         ValueError: There are no pictures of this ending.
     """
-    picture.draw(compute(Recording("", tuple(simulation.journal))), title, file)
+    picture.draw(_statistics(simulation), title, file)
 
 
 def draw_plan(
     desk: DeskSimulation, plan: ShownPlan, options: Options, title: str, file: Path
 ) -> None:
-    """Draws a plan: on the map if the instance has one with positions, else as bars.
+    """Draws a plan: by seconds if it says how long actions take, else on the map or as bars.
+
+    It is drawn on the map if the instance has one with positions.
 
     Args:
         desk: What has found the plan.
@@ -60,6 +62,10 @@ def draw_plan(
         OSError: The file cannot be written.
         ValueError: There are no pictures of this ending.
     """
+    statistics = _statistics(desk)
+    if statistics.planned:
+        picture.draw_gantt(statistics, title, file)
+        return
     graph = _graph(options)
     if graph is None:
         _draw_bars(desk, plan, title, file)
@@ -73,6 +79,12 @@ def draw_plan(
     situation.set_plan([str(action) for action in plan.actions])
     standing = [shape for shape in draw(graph, situation) if not shape.robot]
     draw_shapes(standing, title, file)
+
+
+def _statistics(desk: DeskSimulation) -> Statistics:
+    """Returns what has happened, and what is planned."""
+    times = tuple(desk.plan_times)
+    return compute(Recording("", tuple(desk.journal), plan_times=times))
 
 
 def _graph(options: Options) -> Optional[Graph]:

@@ -13,13 +13,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List, Optional, Sequence
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
 from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import AFTER, IN, STEP, Input
 from rosoclingo.desk.system import System
+from rosoclingo.drawing.plan_times import PlanTimes
 from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.values.arrivals import PlanTime
+from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.ids import CANCEL, GOAL
 from rosoclingo.loop.waiting import LOOK_SECONDS
@@ -46,6 +49,7 @@ class DeskSimulation(System):
         left: The inputs that have not come.
         strange: The inputs that make no sense, in words.
         is_too_long: Whether it has ended because there were too many steps.
+        plan_times: The times that were said with each plan, with when, in seconds of the clock.
         situation: The last one in which there was no plan; see :meth:`take_situation`.
     """
 
@@ -84,6 +88,7 @@ class DeskSimulation(System):
         self._seconds = seconds
         self._most_steps = most_steps
         self._is_patient = action_timeout == 0
+        self.plan_times: List[Tuple[float, PlanTimes]] = []
         self._due: Dict[str, float] = {}  # when those who act answer
         self._answers: Dict[str, str] = {}
         super().__init__(make, action_timeout=action_timeout, **parameters)
@@ -145,6 +150,16 @@ class DeskSimulation(System):
         """
         if self.situation is None and failure is None and not (self.silent or self.is_too_long):
             self.situation = Situation.of(self.loop.state)
+
+    def show_plan(
+        self,
+        step: int,
+        horizon: int,
+        actions: Sequence[Action],
+        times: Sequence[PlanTime] = (),
+    ) -> None:
+        """Remembers the times of the plan."""
+        self.plan_times.append((self.clock, PlanTimes.read(map(str, times))))
 
     def publish(self, actuator: str, action: str) -> None:
         """Starts a simulated action, and decides now how it ends."""

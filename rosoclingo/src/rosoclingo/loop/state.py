@@ -22,7 +22,6 @@ from rosoclingo.loop.mail import Mail, MailSnapshot
 from rosoclingo.loop.monitor import LoopMonitor, LoopSummary
 from rosoclingo.loop.planner.externals import ExternalsState, PlannerExternals
 from rosoclingo.loop.planner.planner import Planner, PlannerState
-from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action, event
 from rosoclingo.loop.values.beliefs import Beliefs
 from rosoclingo.loop.values.environment import Environment
@@ -595,14 +594,11 @@ class State(Progress):
     def show_plan(self) -> None:
         """Publishes the plan from the current step on, if it is new."""
         quality = self.planner.quality if self.shows_plan else None
-        arrivals = tuple(
-            ExpectedArrival(goal.slot or "", goal.expected)
-            for goal in (self.goals.open if self.shows_plan else ())
-            if goal.expected is not None
-        )
-        shown = (self.step, self.horizon, tuple(self.ahead()), arrivals, quality)
+        ahead, times = tuple(self.ahead()), self.timing.goal_times()
+        shown = (self.step, self.horizon, ahead, times, quality)
         if shown[:-1] != self._shown[:-1]:
-            self.environment.show_plan(*shown[:-1])
+            said = self.timing.plan_times(times)
+            self.environment.show_plan(self.step, self.horizon, ahead, said)
         if quality != (self._shown[-1] if self._shown else None):
             self.environment.show_quality(quality)
         self._shown = shown

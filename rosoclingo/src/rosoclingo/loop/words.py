@@ -1,4 +1,4 @@
-"""Reserved ids and values on ``~in`` and ``~out``."""
+"""Reserved ids and values on ``~in`` and ``~out``, and names of the terms of ``~plan``."""
 
 from __future__ import annotations
 
@@ -40,3 +40,15 @@ SOLVER = "solver"
 
 ABORT = "abort"
 """The action that ends what an actuator does, for a plan with ``abort(R,T)``."""
+
+EXPECTED = "expected"
+"""How the line of feedback begins that says when a goal will be served, and what ``~plan`` says."""
+
+DUE = "due"
+"""How the term of ``~plan`` begins that says when a goal is due."""
+
+TIMED = "timed"
+"""How the term of ``~plan`` begins that says when an action begins and ends."""
+
+NOW = "now"
+"""How the term of ``~plan`` begins that says what time it is, which relates the others to it."""

@@ -15,7 +15,7 @@ from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.low_latency import publisher
 from rosoclingo.loop import journal
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.values.arrivals import ExpectedArrival
+from rosoclingo.loop.values.arrivals import PlanTime
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.beliefs import Beliefs, Evidence
 from rosoclingo.loop.values.environment import Environment
@@ -147,10 +147,10 @@ class RosEnvironment(Environment):
         step: int,
         horizon: int,
         actions: Sequence[Action],
-        arrivals: Sequence[ExpectedArrival] = (),
+        times: Sequence[PlanTime] = (),
     ) -> None:
         """Publishes to ``~plan``."""
-        self._plan.publish(step, horizon, [str(one) for one in (*actions, *arrivals)])
+        self._plan.publish(step, horizon, [str(one) for one in (*actions, *times)])
 
     def show_quality(self, quality: Optional[Quality]) -> None:
         """Publishes to ``~plan_quality``."""

@@ -14,6 +14,7 @@ from rosoclingo.bags.read.without_journal import TOPICS, Historian, TopicMessage
 from rosoclingo.bags.topics import LOOP_TYPES, owner
 from rosoclingo.bags.wire import Message, PublisherConnection
 from rosoclingo.drawing.holds import OperatorDecisions
+from rosoclingo.drawing.plan_times import PlanTimes
 from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import Entry, NodeResumed, decode
@@ -81,6 +82,7 @@ class _Reading:
             has_journal,
             held,
             feedback,
+            self._read_plan_times(),
         )
 
     # Which system.
@@ -195,6 +197,12 @@ class _Reading:
                 OperatorDecisions.of_message(said),
             )
             for message, said in self._messages(f"{self._name}/held")
+        )
+
+    def _read_plan_times(self) -> Tuple[Tuple[float, PlanTimes], ...]:
+        return tuple(
+            ((message.time - self._begin) * 1e-9, PlanTimes.read(map(str, said.actions)))
+            for message, said in self._messages(f"{self._name}/plan")
         )
 
     def _read_feedback(self) -> Tuple[FeedbackLine, ...]:

@@ -1,12 +1,15 @@
-"""The report as a picture. Needs matplotlib, and no ROS."""
+"""The report as a picture, and a plan by seconds. Needs matplotlib, and no ROS."""
 
 from __future__ import annotations
 
+import statistics as mean
 from pathlib import Path
-from typing import Any, Dict, Optional, Sequence
+from typing import Any, Dict, List, Optional, Sequence
 
+from matplotlib.artist import Artist
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import MaxNLocator
 
@@ -20,10 +23,10 @@ from rosoclingo.bags.report.rows import (
     charts,
     rows,
 )
-from rosoclingo.bags.report.run import Statistics
+from rosoclingo.bags.report.run import GoalRun, Statistics
 from rosoclingo.drawing.canvas import cut, plain, save
 
-_WIDTH, _LEAST_HEIGHT = 14.0, 8.4  # inches
+_WIDTH, _LEAST_HEIGHT, _MOST_WIDTH = 14.0, 8.4, 60.0  # inches
 _CHARTS, _ROW = 4.6, 0.33  # inches: the height of all but the time line, and of a row of it
 _LETTER = 0.066  # inches: the width of one on a bar, on average
 _LEAST_LETTERS = 3  # of a name that is cut: fewer say nothing
@@ -31,6 +34,12 @@ _LONGEST_NAME, _LONGEST_TITLE = 30, 150  # letters
 _MOST_COLUMNS = 400  # of a chart; each shows the largest value of its steps
 _THICK = 11.0  # bars and marks, in points
 _LEAST = 1 / 700  # of the time: a mark, so that it can be seen
+_MARGIN = 0.01  # of the time, behind what is planned
+_BELOW = 0.1  # the legend, as a part of the height of the axes
+_LEGEND = 0.5  # likewise in inches
+_MARK = {"linestyle": "none", "color": "#1d2733", "zorder": 3}
+_DUE: Dict[str, Any] = {**_MARK, "marker": "|", "markersize": 16, "markeredgewidth": 2.5}
+_EXPECTED: Dict[str, Any] = {**_MARK, "marker": "D", "markersize": 5}
 
 
 def draw(statistics: Statistics, title: str, file: Path) -> None:
@@ -59,35 +68,103 @@ def draw(statistics: Statistics, title: str, file: Path) -> None:
     save(figure, file)
 
 
-def _draw_time_line(axes: Any, run: Statistics, drawn: Sequence[Lane]) -> None:
-    draw_rows(axes, drawn, run.began, run.ended, "s")
+def draw_gantt(run: Statistics, title: str, file: Path) -> None:
+    """Draws goals and actions over the seconds, with what is planned: a Gantt chart.
+
+    Args:
+        run: What happened, and what is planned.
+        title: What stands above.
+        file: Where to write it, see :func:`.canvas.save`.
+
+    Raises:
+        OSError: The file cannot be written.
+        ValueError: There are no pictures of this ending.
+    """
+    drawn = [
+        row._replace(bars=[bar for bar in row.bars if bar.ended > bar.began or row.kind == "goals"])
+        for row in rows(run)
+        if row.kind in ("goals", "actions")
+    ]
+    actions = [one for one in (*run.actions, *run.planned) if one.ended is not None]
+    lengths = [one.ended - one.began for one in actions if one.ended is not None]
+    longest = max((len(one.name) for one in actions), default=0) + 2
+    lasts = mean.median(lengths) if lengths else 0.0
+    room = longest * _LETTER * (run.until - run.began) / lasts if lasts else _WIDTH
+    height = len(drawn) * _ROW
+    figure = Figure(figsize=(min(max(_WIDTH, room), _MOST_WIDTH), height + 2), layout="constrained")
+    figure.suptitle(plain(cut(title, _LONGEST_TITLE)))
+    _draw_time_line(figure.subplots(), run, drawn, _LEGEND / height)
+    save(figure, file)
+
+
+def _draw_time_line(
+    axes: Any, run: Statistics, drawn: Sequence[Lane], below: float = _BELOW
+) -> None:
+    margin = _MARGIN * (run.until - run.began) if run.until > run.ended else 0.0
+    draw_rows(axes, drawn, run.began, run.until + margin, "s")
     goals = [row.bars for row in drawn if row.kind == "goals"]
     waiting = [
         Lane("", "", [bar._replace(ended=_accepted(run, bar)) for bar in bars]) for bars in goals
     ]
     _draw_bars(axes, waiting, "#ffffff90")
+    _draw_deadlines(axes, run, goals)
     for number, bars in enumerate(goals if len(run.goals) <= MOST_LABELS else ()):
         for bar, following in zip(bars, [*bars[1:], None]):
             end = None if following is None else following.began
-            label(axes, run.goals[bar.number].name, bar.began, number, end)
+            label(axes, _goal_label(run.goals[bar.number]), bar.began, number, end)
+    actions = (*run.actions, *run.planned)
     for number, row in enumerate(drawn):
         for bar in row.bars if row.kind == "actions" else ():
-            label(axes, run.actions[bar.number].name, bar.began, number, bar.ended)
+            label(axes, actions[bar.number].name, bar.began, number, bar.ended)
     for restart in run.restarts:
         axes.axvline(restart.seconds, color=COLOURS["restart"], linewidth=1.2)
     used = {bar.colour for row in drawn for bar in row.bars}
+    used |= {"late"} if any(goal.late for goal in run.goals) else set()
     handles = [
         Patch(color=COLOURS[name], label=f"{kind}: {word}")
         for kind, words in LEGEND.items() for name, word in words.items() if name in used
     ]  # fmt: skip
-    _draw_legend(axes, handles)
+    handles += _marks_of(run)
+    _draw_legend(axes, handles, below)
 
 
-def _draw_legend(axes: Any, handles: Sequence[Patch]) -> None:
+def _draw_deadlines(axes: Any, run: Statistics, goals: Sequence[Sequence[Bar]]) -> None:
+    """Marks when goals are due and expected, and what is too late."""
+    late = [
+        [bar._replace(began=bar.ended - run.goals[bar.number].late) for bar in bars]
+        for bars in goals
+    ]
+    _draw_bars(axes, [Lane("", "", bars) for bars in late], COLOURS["late"])
+    for number, bars in enumerate(goals):
+        for goal in (run.goals[bar.number] for bar in bars):
+            if goal.due is not None:
+                axes.plot([goal.due], [number], **_DUE)
+            if goal.expected is not None:
+                axes.plot([goal.expected], [number], **_EXPECTED)
+
+
+def _goal_label(goal: GoalRun) -> str:
+    """Returns a goal's name, with how late it is, or else its deadline."""
+    if goal.due is None:
+        return goal.name
+    late = round(goal.late)
+    return f"{goal.name}, {f'{late} s late' if late else f'due at {goal.due:.0f} s'}"
+
+
+def _marks_of(run: Statistics) -> List[Line2D]:
+    marks = []
+    if any(goal.due is not None for goal in run.goals):
+        marks.append(Line2D([], [], label="goals: deadline", **_DUE))
+    if any(goal.expected is not None for goal in run.goals):
+        marks.append(Line2D([], [], label="goals: expected", **_EXPECTED))
+    return marks
+
+
+def _draw_legend(axes: Any, handles: Sequence[Artist], below: float) -> None:
     """Draws the legend below the axes, in as many columns as the picture is wide enough for."""
     for columns in range(len(handles), 0, -1):
         legend = axes.legend(
-            handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncol=columns,
+            handles=handles, loc="upper center", bbox_to_anchor=(0.5, -below), ncol=columns,
             frameon=False,
         )  # fmt: skip
         if legend.get_window_extent().width < axes.get_window_extent().width:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Sequence, Tuple, Union
 
-from rosoclingo.bags.report.run import ActionRun, Statistics
+from rosoclingo.bags.report.run import PLANNED, ActionRun, Statistics
 from rosoclingo.drawing.believed import BeliefSpan
 from rosoclingo.drawing.holds import HoldSpan
 
@@ -14,6 +14,7 @@ COLOURS = {
     "rejected": "#c77d0a", "aborted": "#d23f3f", "success": "#4c8fd6", "failure": "#d23f3f",
     "answer": "#d39a1e", "none": "#a4adba", "message": "#7a4fc4", "dropped": "#d23f3f",
     "start": "#667085", "goal": "#2f6feb", "queued": "#2f6feb", "cancel": "#8b95a5",
+    "late": "#d23f3f", "planned": "#a9c3e4",
     "restart": "#b5177b", "hold": "#7d5a1e", "approval": "#c77d0a", "belief": "#0e8a8a",
     "sat": "#2a9d63", "unsat": "#93a1b5", "unknown": "#e08a1e",
 }  # fmt: skip
@@ -21,10 +22,11 @@ COLOURS = {
 LEGEND: Dict[str, Dict[str, str]] = {
     "goals": {
         "open": "open", "succeeded": "succeeded", "aborted": "aborted", "rejected": "rejected",
-        "canceled": "canceled", "recalled": "recalled",
+        "canceled": "canceled", "recalled": "recalled", "late": "after the deadline",
     },
     "actions": {
         "success": "success", "failure": "failure", "answer": "other answer", "none": "no answer",
+        "planned": "planned",
     },
     "messages": {"message": "no answer to an action", "dropped": "dropped"},
     "plan changes by": {
@@ -89,10 +91,11 @@ class Chart(NamedTuple):
 def rows(run: Statistics) -> List[Lane]:
     """Returns the rows of the time line."""
     made = _goal_rows(run)
-    for actuator in dict.fromkeys(action.actuator for action in run.actions):
+    actions = (*run.actions, *run.planned)
+    for actuator in dict.fromkeys(action.actuator for action in actions):
         bars = [
             _bar(run, i, one, _answer_colour(one.answer))
-            for i, one in enumerate(run.actions)
+            for i, one in enumerate(actions)
             if one.actuator == actuator
         ]
         made.append(Lane(actuator, "actions", bars))
@@ -129,12 +132,12 @@ def _bar(run: Statistics, number: int, span: _Span, colour: str) -> Bar:
 
 
 def _answer_colour(answer: str) -> str:
-    return answer if answer in ("success", "failure") else "answer" if answer else "none"
+    return answer if answer in ("success", "failure", PLANNED) else "answer" if answer else "none"
 
 
 def _goal_rows(run: Statistics) -> List[Lane]:
     """Places each goal on the first row on which it, and its name, overlap no other one."""
-    room = (run.ended - run.began) / (12 if len(run.goals) <= MOST_LABELS else 250)
+    room = (run.until - run.began) / (12 if len(run.goals) <= MOST_LABELS else 250)
     made: List[Lane] = []
     reached: List[float] = []
     for i, goal in enumerate(run.goals):
@@ -142,7 +145,7 @@ def _goal_rows(run: Statistics) -> List[Lane]:
         if number == len(reached):
             made.append(Lane("" if made else "goals", "goals", []))
             reached.append(0.0)
-        end = run.ended if goal.ended is None else goal.ended
+        end = (goal.expected or run.ended) if goal.ended is None else goal.ended
         reached[number] = max(end, goal.came + room)
         made[number].bars.append(Bar(i, goal.came, end, goal.outcome))
     return made

@@ -14,6 +14,8 @@ from rosoclingo.drawing.holds import HoldSpan
 
 OPEN = "open"
 RECALLED = "recalled"
+PLANNED = "planned"
+"""In the place of an answer: the action is planned only."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,8 @@ class GoalRun:
             if it was cancelled before it had a slot.
         reason: Why it ended.
         steps: How many steps began from its acceptance on until its end.
+        due: When it is due, if it has a deadline.
+        expected: When it is expected to be met, if it is open and that is known.
     """
 
     id: str
@@ -50,6 +54,14 @@ class GoalRun:
     outcome: str = OPEN
     reason: str = ""
     steps: int = 0
+    due: Optional[float] = None
+    expected: Optional[float] = None
+
+    @property
+    def late(self) -> float:
+        """By how many seconds it was late, or is expected to be; 0 if it is in time."""
+        end = self.expected if self.ended is None else self.ended
+        return 0.0 if self.due is None or end is None else max(0.0, end - self.due)
 
 
 @dataclass(frozen=True)
@@ -62,7 +74,7 @@ class ActionRun:
         step: In which step.
         began: When it was published.
         ended: When it was answered, or when the actuator was told something else; None if neither.
-        answer: The answer; empty if there was none.
+        answer: The answer; empty if there was none; :data:`PLANNED` if it has not begun.
     """
 
     actuator: str
@@ -237,6 +249,8 @@ class Statistics:
         restarts: The nodes in whose place others have gone on, in order.
         holds: What an operator held, in order.
         beliefs: What was believed to be the causes of what was observed, in order.
+        planned: The actions that are planned when the recording ends, as far as it is known when,
+            in order.
     """
 
     began: float
@@ -254,6 +268,14 @@ class Statistics:
     restarts: Tuple[NodeRestart, ...]
     holds: Tuple[HoldSpan, ...]
     beliefs: Tuple[BeliefSpan, ...]
+    planned: Tuple[ActionRun, ...] = ()
+
+    @property
+    def until(self) -> float:
+        """When the run ends, with what is planned."""
+        ends = [goal.expected for goal in self.goals if goal.expected is not None]
+        ends += [action.ended for action in self.planned if action.ended is not None]
+        return max([self.ended, *ends])
 
 
 def numbered(request: str, number: int) -> str:

@@ -11,6 +11,7 @@ from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Option
 from rosclingo.wire.commands import Result
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.changes import Planned, after_reset, change, explained, planned
+from rosoclingo.bags.report.planned import in_recording, planned_rest, with_times
 from rosoclingo.bags.report.run import (
     OPEN,
     RECALLED,
@@ -44,11 +45,14 @@ def compute(recording: Recording) -> Statistics:
     for position, entry in enumerate(entries):
         reading.read(position, entry)
     seconds = [entry.seconds for entry in entries]
+    ended = max(seconds, default=0.0)
+    plan_times = in_recording(recording.plan_times)
+    goals = sorted(reading.goals.values(), key=lambda goal: goal.came)
     return Statistics(
         began=min(seconds, default=0.0),
-        ended=max(seconds, default=0.0),
+        ended=ended,
         end=reading.end,
-        goals=tuple(sorted(reading.goals.values(), key=lambda goal: goal.came)),
+        goals=with_times(goals, plan_times),
         actions=tuple(reading.actions),
         messages=tuple(sorted(reading.messages, key=lambda message: message.seconds)),
         received=reading.received,
@@ -60,6 +64,7 @@ def compute(recording: Recording) -> Statistics:
         restarts=tuple(reading.restarts),
         holds=recording.hold_spans,
         beliefs=tuple(reading.beliefs.spans),
+        planned=() if reading.end else planned_rest(reading.actions, plan_times, ended),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable
+from typing import Callable, List, Sequence, Tuple
 
 from rosoclingo.loop.execution.alarms import Alarms
 from rosoclingo.loop.execution.durations import Durations
@@ -11,13 +11,22 @@ from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.execution.progress import Progress
 from rosoclingo.loop.journal import ActionTook, ClockRead, Event
 from rosoclingo.loop.planner.externals import PlannerExternals
-from rosoclingo.loop.values.arrivals import EXPECTED, arrival_lines, expected_arrivals
+from rosoclingo.loop.values.arrivals import (
+    CurrentTime,
+    DueTime,
+    ExpectedArrival,
+    PlannedSpan,
+    PlanTime,
+    arrival_lines,
+    expected_arrivals,
+    planned_spans,
+)
 from rosoclingo.loop.values.atoms import Plan, event
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goals
 from rosoclingo.loop.values.recorded import Recorded, reading
-from rosoclingo.loop.words import CLOCK, INFO, SUCCESS
+from rosoclingo.loop.words import CLOCK, EXPECTED, INFO, SUCCESS
 
 _MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
 _MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
@@ -97,11 +106,8 @@ class Timing:
         Args:
             moved: By how many seconds a time has to have moved.
         """
-        now, executions, progress = self.environment.world_now(), self.executions, self.progress
-        plan = progress.plan if progress.shows_plan else Plan()
-        times = expected_arrivals(
-            plan, progress.step, executions.ordered, executions.published, now
-        )
+        now, plan = self.environment.world_now(), self._plan
+        times = expected_arrivals(plan, self._spans(now))
         for goal in self.goals.open:
             time, told = times.get(goal.slot or ""), goal.expected
             if time is not None and told is not None and abs(time - told) < moved:
@@ -111,6 +117,40 @@ class Timing:
                 continue
             for line in arrival_lines(time, now, goal.came, plan.limits.get(goal.slot or "")):
                 goal.tell(line, again=line.startswith(EXPECTED))
+
+    @property
+    def _plan(self) -> Plan:
+        """The plan that stands; an empty one if there is none."""
+        return self.progress.plan if self.progress.shows_plan else Plan()
+
+    def _spans(self, now: float) -> List[PlannedSpan]:
+        """Returns when the actions of the plan begin and end, as far as it says that."""
+        executions = self.executions
+        return planned_spans(
+            self._plan, self.progress.step, executions.ordered, executions.published, now
+        )
+
+    def goal_times(self) -> Tuple[PlanTime, ...]:
+        """Returns when goals will be served, as clients were told last, and when they are due."""
+        limits = self._plan.limits
+        times: List[PlanTime] = []
+        for goal in self.goals.open if self.progress.shows_plan else ():
+            slot = goal.slot or ""
+            if goal.expected is not None:
+                times.append(ExpectedArrival(slot, goal.expected))
+            if slot in limits:
+                times.append(DueTime(slot, goal.came + limits[slot]))
+        return tuple(times)
+
+    def plan_times(self, goal_times: Sequence[PlanTime]) -> Tuple[PlanTime, ...]:
+        """Returns all that is said about times with the plan; nothing if none is known.
+
+        Args:
+            goal_times: Those of goals, by :meth:`goal_times`.
+        """
+        now = self.environment.world_now()
+        times = (*goal_times, *self._spans(now))
+        return (*times, CurrentTime(now)) if times else ()
 
     def correct(self) -> bool:
         """Tells clients while actions go on that should have ended.

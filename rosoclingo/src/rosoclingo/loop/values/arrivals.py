@@ -1,33 +1,37 @@
-"""Estimates when goals will be served, from the plan and the progress of actions. Needs no ROS.
+"""Times a plan by the seconds that its actions take, and estimates when goals will be served.
 
 A plan says how long its actions take, and with which one each goal is served. An actuator that acts
-is expected to be through when its action should be, and now if that is gone by; what the plan has
-it do next comes right after that. Times are in seconds of :meth:`.Environment.world_now`.
+is expected to be through when its action should be, and now if that is gone by. An action of a
+later step begins when its actuator is free, and when all actions are through that end in the steps
+before. Needs no ROS. Times are in seconds of :meth:`.Environment.world_now`.
 
 >>> plan = Plan((
-...     "lasts(do(robot,go(a),1),way,20)", "lasts(do(robot,give,2),give,5)",
-...     "expected(1,do(robot,give,2))", "due(1,30)",
+...     "do(cook,boil,1)", "lasts(do(cook,boil,1),boil,60)", "do(robot,go(a),1)",
+...     "lasts(do(robot,go(a),1),way,20)", "do(cook,boil,2)", "do(robot,give,3)",
+...     "lasts(do(robot,give,3),give,5)", "expected(1,do(robot,give,3))", "due(1,30)",
 ... ))
->>> expected_arrivals(plan, 1, [], set(), 100.0)
-{'1': 125.0}
+>>> spans = planned_spans(plan, 1, [], set(), 100.0)
+>>> [(span.name, span.begins, span.ends) for span in spans]
+[('boil', 100.0, 160.0), ('go(a)', 100.0, 120.0), ('give', 160.0, 165.0)]
+>>> expected_arrivals(plan, spans)
+{'1': 165.0}
 >>> go = Execution(1, 1, "robot", "go(a)", world_began=101.0, kind="way", seconds=20)
->>> [expected_arrivals(plan, 1, [go], {go.published}, now) for now in (110.0, 140.0)]
-[{'1': 126.0}, {'1': 145.0}]
+>>> boil = Execution(2, 1, "cook", "boil", world_began=101.0, kind="boil", seconds=60)
+>>> published = {go.published, boil.published}
+>>> [planned_spans(plan, 1, [go, boil], published, now)[-1].ends for now in (110.0, 170.0)]
+[166.0, 175.0]
 >>> arrival_lines(145.0, 140.0, 100.0, plan.limits["1"])
 ['expected in 5 s', 'late by 15 s']
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import dataclass
-from typing import Container, Dict, List, Optional, Sequence
+from typing import Container, Dict, List, Optional, Sequence, Tuple, Union
 
 from rosoclingo.loop.values.atoms import Action, Plan
 from rosoclingo.loop.values.execution import Execution
-
-EXPECTED = "expected"
-"""How the line of feedback begins that says when a goal will be served, and what ``~plan`` says."""
+from rosoclingo.loop.words import DUE, EXPECTED, NOW, TIMED
 
 
 @dataclass(frozen=True)
@@ -46,14 +50,73 @@ class ExpectedArrival:
         return f"{EXPECTED}({self.slot},{round(self.time)})"
 
 
-def expected_arrivals(
+@dataclass(frozen=True)
+class DueTime:
+    """The deadline of a goal.
+
+    Attributes:
+        slot: The planner's id for the goal.
+        time: When it is due, in seconds of world time.
+    """
+
+    slot: str
+    time: float
+
+    def __str__(self) -> str:
+        return f"{DUE}({self.slot},{round(self.time)})"
+
+
+@dataclass(frozen=True)
+class PlannedSpan:
+    """The time of an action that is planned or under way.
+
+    Attributes:
+        actuator: Who does it.
+        name: The action.
+        first: Its first step, from the current one on.
+        last: Its last step.
+        begins: When it begins or has begun, in seconds of world time.
+        ends: When it is expected to end, likewise.
+    """
+
+    actuator: str
+    name: str
+    first: int
+    last: int
+    begins: float
+    ends: float
+
+    def __str__(self) -> str:
+        action = Action(self.actuator, self.name, self.first)
+        return f"{TIMED}({action},{round(self.begins)},{round(self.ends)})"
+
+
+@dataclass(frozen=True)
+class CurrentTime:
+    """The time when other times are said.
+
+    Attributes:
+        time: In seconds of world time.
+    """
+
+    time: float
+
+    def __str__(self) -> str:
+        return f"{NOW}({round(self.time)})"
+
+
+PlanTime = Union[ExpectedArrival, DueTime, PlannedSpan, CurrentTime]
+"""What ``~plan`` says about times."""
+
+
+def planned_spans(
     plan: Plan,
     step: int,
     executions: Sequence[Execution],
     published: Container[Action],
     now: float,
-) -> Dict[str, float]:
-    """Returns when goals will be served, as far as the plan says that, by their slots.
+) -> List[PlannedSpan]:
+    """Returns when the actions of a plan begin and end, as far as it says how long they take.
 
     Args:
         plan: The plan that stands.
@@ -61,23 +124,75 @@ def expected_arrivals(
         executions: The last one of each actuator.
         published: Which actions were published since the last reset.
         now: What time it is, in seconds of world time.
+
+    Returns:
+        The actions under way and those that are planned, in the order in which they begin.
     """
     doing = {one.actuator: one for one in executions if one.is_open}
-    through: Dict[str, float] = defaultdict(lambda: now)
+    lasts = _last_steps(plan, step)
+    free: Dict[str, float] = {}  # when an actuator is through
+    ends: Dict[int, float] = {}  # when the actions are through whose last step that is
+    spans: List[PlannedSpan] = []
     for actuator, one in doing.items():
-        through[actuator] = one.end_after(now)
-    ends: Dict[Action, float] = {}
-    for action, (_, seconds) in sorted(plan.lasting.items(), key=lambda item: item[0].step):
-        if action.step >= step and action not in published:
-            through[action.actuator] += seconds
-            ends[action] = through[action.actuator]
+        free[actuator] = one.end_after(now)
+        first = next((action for action in lasts if action.actuator == actuator), None)
+        # In the step in which it began, the plan says how long it takes; in later ones, it repeats.
+        is_it = first is not None and first.name == one.action
+        if first is not None and is_it and (first in published or first not in plan.lasting):
+            last = lasts[first]
+        else:
+            last = step
+        ends[last] = max(free[actuator], ends.get(last, now))
+        if one.kind:
+            began = now if one.is_held else one.world_began
+            span = PlannedSpan(actuator, one.action, step, last, began, free[actuator])
+            spans.append(span)
+    ready = now  # when all is through that ends before the step
+    for action, last in lasts.items():
+        seconds = plan.lasting.get(action, ("", None))[1]
+        if seconds is None or action in published:
+            continue
+        for other in [other for other in ends if other < action.step]:
+            ready = max(ready, ends.pop(other))
+        begins = max(ready, free.get(action.actuator, now))
+        free[action.actuator] = begins + seconds
+        ends[last] = max(begins + seconds, ends.get(last, now))
+        spans.append(
+            PlannedSpan(
+                action.actuator, action.name, action.step, last, begins, free[action.actuator]
+            )
+        )
+    return sorted(spans, key=lambda span: span.begins)
+
+
+def _last_steps(plan: Plan, step: int) -> Dict[Action, int]:
+    """Returns the last step of each action from a step on, in the order of their first steps."""
+    lasts: Dict[Action, int] = {}
+    before: Dict[str, Action] = {}  # the first step of each actuator's last action
+    for action in plan.actions_from(step):
+        first = before.get(action.actuator)
+        goes_on = first is not None and first.name == action.name
+        if first is None or not goes_on or action in plan.lasting or lasts[first] < action.step - 1:
+            first = before[action.actuator] = action
+        lasts[first] = action.step
+    return lasts
+
+
+def expected_arrivals(plan: Plan, spans: Sequence[PlannedSpan]) -> Dict[str, float]:
+    """Returns when goals will be served, as far as the plan says that, by their slots.
+
+    Args:
+        plan: The plan that stands.
+        spans: The times of its actions, by :func:`planned_spans`.
+    """
     found = {}
     for slot, action in plan.serving.items():
-        goes_on = doing.get(action.actuator)
-        if action in ends:
-            found[slot] = ends[action]
-        elif goes_on is not None and goes_on.action == action.name and goes_on.kind:
-            found[slot] = goes_on.end_after(now)
+        deed: Tuple[str, str] = (action.actuator, action.name)
+        same = [span for span in spans if (span.actuator, span.name) == deed]
+        # What is under way may have begun to serve it in a step before.
+        fitting = [span for span in same if action.step <= span.last]
+        if fitting:
+            found[slot] = fitting[0].ends
     return found
 
 

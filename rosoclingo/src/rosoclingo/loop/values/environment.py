@@ -7,7 +7,7 @@ from typing import Mapping, Optional, Sequence
 
 from rosoclingo.loop.journal import ControlArrived, ControlOutcome, Record
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.values.arrivals import ExpectedArrival
+from rosoclingo.loop.values.arrivals import PlanTime
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.beliefs import Beliefs
 from rosoclingo.loop.values.execution import Execution, OperatorState
@@ -52,7 +52,7 @@ class Environment:
         step: int,
         horizon: int,
         actions: Sequence[Action],
-        arrivals: Sequence[ExpectedArrival] = (),
+        times: Sequence[PlanTime] = (),
     ) -> None:
         """Publishes the plan from the current step on.
 
@@ -60,7 +60,8 @@ class Environment:
             step: The current step.
             horizon: The last step of the plan.
             actions: Its actions from the current step on.
-            arrivals: When goals will be served, as far as that is known.
+            times: When goals will be served, when they are due, and when actions begin and end, as
+                far as that is known.
         """
 
     def show_quality(self, quality: Optional[Quality]) -> None:
