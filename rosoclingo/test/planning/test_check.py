@@ -85,6 +85,7 @@ READ: Dict[str, Tuple[str, ...]] = {
     "hall": (HALL, MAILBOT),
     "jobs": (str(TOWER / "jobs.lp"), "--theory", "dl"),
     "flood": (str(BENCHES / "flood.lp"),),
+    "shift": (str(BENCHES / "shift.lp"),),
     "hospital": tuple(
         str(ASP / "hospital" / name) for name in ("instances/small.lp", "hospital.lp")
     ),

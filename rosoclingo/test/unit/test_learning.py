@@ -158,9 +158,9 @@ def test_a_replay_has_the_recorded_times(file: str) -> None:
     dues = decode(encode(input_schedule(Run(run.journal))))
     replayed = ReplayInbox(dues)
     for number, seconds in took(run.journal):
-        assert replayed.recorded.measured(number, 0.0) == seconds
-    assert replayed.recorded.measured(99, 3.0) is None
-    assert Inbox().recorded.measured(99, 3.0) == 3.0
+        assert replayed.recorded.measured(str(number), 0.0) == seconds
+    assert replayed.recorded.measured("99", 3.0) is None
+    assert Inbox().recorded.measured("99", 3.0) == 3.0
 
 
 class TimedWorld(World):

@@ -467,6 +467,7 @@ ALL_EVENTS = (
     journal.ActionRetried(HOSTILE, HOSTILE, 1, HOSTILE),
     journal.ActionWithdrawn(HOSTILE, HOSTILE),
     journal.ActionTook(HOSTILE, HOSTILE, 1, float("inf")),
+    journal.ClockRead(1, float("inf")),
     journal.StatusSet(HOSTILE, Status.ABORTED, HOSTILE, HOSTILE),
     journal.LoopWaits(),
     journal.Explained(HOSTILE, HOSTILE, HOSTILE),
