@@ -136,12 +136,8 @@ def planned_spans(
     for actuator, one in doing.items():
         free[actuator] = one.end_after(now)
         first = next((action for action in lasts if action.actuator == actuator), None)
-        # In the step in which it began, the plan says how long it takes; in later ones, it repeats.
-        is_it = first is not None and first.name == one.action
-        if first is not None and is_it and (first in published or first not in plan.lasting):
-            last = lasts[first]
-        else:
-            last = step
+        under_way = first if first is not None and first.name == one.action else None
+        last = step if under_way is None else lasts.pop(under_way)
         ends[last] = max(free[actuator], ends.get(last, now))
         if one.kind:
             began = now if one.is_held else one.world_began
