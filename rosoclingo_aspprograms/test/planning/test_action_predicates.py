@@ -9,9 +9,12 @@ import pytest
 from test_actions import ACTIONS, World
 
 from rosclingo.solver.options import Options
+from rosoclingo.desk.inputs import read_input
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.desk.system import Request
 from rosoclingo.engine.task import PlanningTask
-from rosoclingo.loop.journal import PlanFound
+from rosoclingo.loop.journal import PlanFound, Status, StatusSet
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.situation import Situation
 
@@ -224,6 +227,25 @@ def test_clients_are_told_that_actuators_wait_for_each_other(tmp_path: Path) -> 
     told = [line for line in dinner.lines if " in " in line or "late" in line]
     assert told[:2] == ["expected in 65 s", "late by 15 s"]
     assert next(line for line in air.lines if " in " in line) == "expected in 8 s"
+
+
+def test_times_do_not_move_if_all_goes_as_planned(tmp_path: Path) -> None:
+    """An actuator that is busy is not expected to begin anew when another one answers."""
+    folder = Path(ACTIONS).parents[1] / "restaurant"
+    files = (str(folder / "restaurant.lp"), str(folder / "instances" / "small.lp"))
+    parts = make_parts("dynamic.incremental.recording", Options(files))
+    requests = ("serve(soup,t1)", "clear(t2)", "serve(steak,t3)")
+    inputs = [read_input(f"goal:{request}") for request in requests]
+    run = DeskSimulation(parts.loop, inputs, seconds=lambda actuator, action: None)
+    assert run.run() is None
+    ends = {
+        entry.event.goal: entry.seconds
+        for entry in run.journal
+        if isinstance(entry.event, StatusSet) and entry.event.status is Status.SUCCEEDED
+    }
+    for goal in run.goals:
+        told = [line for line in goal.lines if line.startswith("expected")]
+        assert told == [f"expected in {ends[goal.id]:.0f} s"]
 
 
 SWITCH = """
