@@ -9,9 +9,12 @@ import pytest
 from test_actions import ACTIONS, World
 
 from rosclingo.solver.options import Options
+from rosoclingo.desk.inputs import read_input
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.desk.system import Request
 from rosoclingo.engine.task import PlanningTask
-from rosoclingo.loop.journal import PlanFound
+from rosoclingo.loop.journal import PlanFound, Status, StatusSet
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.situation import Situation
 
@@ -226,6 +229,25 @@ def test_clients_are_told_that_actuators_wait_for_each_other(tmp_path: Path) -> 
     assert next(line for line in air.lines if " in " in line) == "expected in 8 s"
 
 
+def test_times_do_not_move_if_all_goes_as_planned(tmp_path: Path) -> None:
+    """An actuator that is busy is not expected to begin anew when another one answers."""
+    folder = Path(ACTIONS).parents[1] / "restaurant"
+    files = (str(folder / "restaurant.lp"), str(folder / "instances" / "small.lp"))
+    parts = make_parts("dynamic.incremental.recording", Options(files))
+    requests = ("serve(soup,t1)", "clear(t2)", "serve(steak,t3)")
+    inputs = [read_input(f"goal:{request}") for request in requests]
+    run = DeskSimulation(parts.loop, inputs, seconds=lambda actuator, action: None)
+    assert run.run() is None
+    ends = {
+        entry.event.goal: entry.seconds
+        for entry in run.journal
+        if isinstance(entry.event, StatusSet) and entry.event.status is Status.SUCCEEDED
+    }
+    for goal in run.goals:
+        told = [line for line in goal.lines if line.startswith("expected")]
+        assert told == [f"expected in {ends[goal.id]:.0f} s"]
+
+
 SWITCH = """
 initially(lamp,off). initially(fuse,X) :- fuse(X).
 action(arm,toggle).
@@ -361,3 +383,51 @@ def test_why_another_action_is_not_done(action: str, text: str, tmp_path: Path) 
     situation = Situation(told=(f"event(1,{goal[1]},0)",), last=20, goals=(goal,))
     answer = Explainer(Options((str(file),)), situation, seconds=60.0).why_not(action)
     assert text in answer.text
+
+
+QUICK = WORK.replace("R = (quick;slow)", "R = quick") + "due(a,7). due(b,12)."
+AS_MANY = "the best plan would take 2 steps, as many as now"
+
+
+@pytest.mark.parametrize(
+    ("age", "late"),
+    [
+        (0, "a by 3 s"),
+        (4, "a by 7 s instead of 2 s"),  # of which 2 s cannot be helped
+    ],
+)
+def test_why_another_action_would_be_late(age: int, late: str, tmp_path: Path) -> None:
+    file = tmp_path / "task.lp"
+    file.write_text(f'#include "{ACTIONS}".\n#program base.\n{QUICK}')
+    goals = (("1", "a"), ("2", "b"))
+    told = tuple(f"event({slot},{request},0)" for slot, request in goals)
+    situation = Situation(told=told, last=20, goals=goals, ages=(("1", age), ("2", 0)))
+    explainer = Explainer(Options((str(file),)), situation, seconds=60.0)
+    answer = explainer.why_not("do(quick,do(b),1)")
+    then = f"{AS_MANY}. It would be late: {late}."
+    assert answer.text == f"If quick were to do do(b) in step 1, {then}"
+    answer = explainer.why("do(quick,do(a),1)")
+    assert answer.text == f"If quick were not to do do(a) in step 1, {then}"
+    is_late = " It will be late by 2 s." if age else ""
+    assert explainer.goal("a").text == f"a ends in step 1, and it is step 0 now.{is_late}"
+
+
+def test_what_is_under_way_counts_in_what_would_be_late(tmp_path: Path) -> None:
+    """The slow one has been busy for 20 s with c, and needs 10 s more."""
+    text = """
+    actuator(quick;slow). initially((a;b;c),todo).
+    action(slow,do(c)). sets(slow,do(c),c,done). duration(slow,do(c),30).
+    action(quick,do(J)) :- J = (a;b). sets(quick,do(J),J,done) :- J = (a;b).
+    needs(quick,do(J),J,todo) :- J = (a;b). needs(quick,do(a),c,done). needs(slow,do(c),c,todo).
+    duration(quick,do(J),8) :- J = (a;b).
+    request((a;b)). wants(J,J,done) :- J = (a;b). due(a,40). due(b,25).
+    """
+    file = tmp_path / "task.lp"
+    file.write_text(f'#include "{ACTIONS}".\n#program base.\n{text}')
+    told = ("event(1,a,0)", "event(2,b,0)", "event(commit,do(slow,do(c)),1)")
+    situation = Situation(
+        told=told, step=1, horizon=3, last=20, goals=(("1", "a"), ("2", "b")),
+        silent=(("slow", 20.0),), ages=(("1", 20.0), ("2", 20.0)),
+    )  # fmt: skip
+    answer = Explainer(Options((str(file),)), situation, seconds=60.0).goal("b")
+    assert "It will be late by 3 s." in answer.text

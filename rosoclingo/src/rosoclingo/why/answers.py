@@ -44,6 +44,7 @@ class WhyGoal:
         slot: Its slot; empty if it has none.
         request: The request.
         ends: The step in which it ends by the plan, if it does.
+        late: By how many seconds it will be late then, as far as that is known.
         after: The requests of the goals whose turn comes before.
         silent: The actuators that have not answered, and since how many seconds.
         no_plan: Why it does not end, if it does not.
@@ -56,6 +57,7 @@ class WhyGoal:
     after: Tuple[str, ...] = ()
     silent: Tuple[Tuple[str, float], ...] = ()
     no_plan: Optional[WhyNoPlan] = None
+    late: int = 0
 
     @property
     def is_finished(self) -> bool:
@@ -76,6 +78,8 @@ class Contrast:
         longer: By how many steps that is longer.
         reason: Why there is none.
         is_possible: Whether the action itself is possible then, as far as that is known.
+        later: The goals that are late then, or later than by the best plan: for each its slot, by
+            how many seconds it is late then, and by how many in the best plan.
     """
 
     text: str
@@ -86,6 +90,7 @@ class Contrast:
     longer: Optional[int] = None
     reason: Optional[MinimalReason] = None
     is_possible: bool = True
+    later: Tuple[Tuple[str, int, int], ...] = ()
 
     @property
     def is_planned(self) -> bool:

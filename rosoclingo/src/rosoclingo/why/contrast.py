@@ -63,19 +63,27 @@ class Instead:
         if is_demanded and (actuator, name) not in possible:
             reason = self._why_impossible(action, done)
             return Contrast("", text, True, best, reason=reason, is_possible=False)
+        # The times of later steps are not known: what goes on over several is taken to have ended.
+        is_next = action.step == self._copy.step + 1
+        elapsed = best.next_begins if is_next and best.late is not None else None
         if is_demanded:
             others: List[Optional[Action]] = [action]
         else:
             names = sorted(a for r, a in possible if r == actuator and a != name)
-            others = [None, *(Action(actuator, a, action.step) for a in names)]
+            others = [Action(actuator, a, action.step) for a in names]
+            if elapsed is None or beside or not others:  # in seconds, one waits for another only
+                others = [None, *others]
         plans = [
-            self._with(holds, done, [*beside, *([a] if a else [])], action.step) for a in others
+            self._with(holds, done, [*beside, *([a] if a else [])], action.step, elapsed)
+            for a in others
         ]
+        if not is_demanded:
+            plans = [p for p in plans if p is not None and text not in p.actions]
         served = {slot for slot, _, step in best.ends if step >= action.step}
         same = [p for p in plans if p is not None and served <= {slot for slot, _, _ in p.ends}]
-        other = min(same, key=lambda plan: plan.horizon, default=None)
+        other = min(same, key=_value, default=None)
         longer = None if other is None else other.horizon - best.horizon
-        return Contrast("", text, is_demanded, best, other, longer)
+        return Contrast("", text, is_demanded, best, other, longer, later=_later(best, other))
 
     def _before(
         self, told: FrozenSet[str], done: List[Action], step: int
@@ -100,20 +108,49 @@ class Instead:
         return ReasonSearch(ask, facts, self._deadline).run()
 
     def _with(
-        self, holds: Tuple[str, ...], done: List[Action], actions: List[Action], step: int
+        self,
+        holds: Tuple[str, ...],
+        done: List[Action],
+        actions: List[Action],
+        step: int,
+        elapsed: Optional[float],
     ) -> Optional[Possible]:
-        """Returns the best plan from a step on, given the fluents before it and its actions."""
+        """Returns the best plan from a step on, given the fluents before it and its actions.
+
+        It has no times if it is not known when the step begins.
+        """
         told = {event("save", fluent, 0) for fluent in holds}
         told |= {replace(action, step=1).commit for action in actions}
-        with self._copy.at(1):
+        with self._copy.at(1, elapsed or 0.0):
             plan = self._copy.ask(PlanQuery(frozenset(told))).plan
         if plan is None:
             return None
-        ahead = tuple(map(str, Plan(plan.actions).actions_from(2)))
+        told_of = {replace(action, step=1) for action in actions}
+        new = [a for a in Plan(plan.actions).actions_from(1) if a not in told_of]
+        ahead = tuple(map(str, new))
         plan = replace(plan, actions=ahead).later(step - 1)
         texts = (*map(str, [*done, *actions]), *plan.actions)
         now = self._copy.step
-        return replace(plan, actions=texts, step=now, steps=plan.horizon - now)
+        late = None if elapsed is None else plan.late
+        return replace(plan, actions=texts, step=now, steps=plan.horizon - now, late=late)
+
+
+def _value(plan: Possible) -> Tuple[int, int]:
+    """Returns what is to be small: by how much all goals are late, and the number of steps."""
+    return sum(seconds for _, seconds in plan.late or ()), plan.horizon
+
+
+def _later(best: Possible, other: Optional[Possible]) -> Tuple[Tuple[str, int, int], ...]:
+    """Returns which goals another plan has later than they are due and than the best plan has them.
+
+    Returns:
+        For each its slot, by how many seconds it is late then, and by how many in the best plan.
+    """
+    if other is None or best.late is None or other.late is None:
+        return ()
+    now = dict(best.late)
+    then = ((slot, seconds, now.get(slot, 0)) for slot, seconds in other.late)
+    return tuple(one for one in then if one[1] > one[2])
 
 
 def _events(done: List[Action]) -> FrozenSet[str]:

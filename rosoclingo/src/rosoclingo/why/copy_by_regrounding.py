@@ -52,6 +52,8 @@ class RebuildingCopy(Copy):
         self._dialect = dialect
         self._engine = Engine(options, rereads=False, rewrite=relaxable)
         self._planner = Planner(dialect(self._engine))
+        self.ages, self.silent = dict(situation.ages), dict(situation.silent)
+        self._planner.know_ages(lambda: self.ages)
         self.slots = self._planner.begin()
         self.savable = frozenset(a for a in self._planner.externals() if a.startswith(SAVE))
         self._cache: Dict[Tuple[object, ...], Verdict] = {}

@@ -45,13 +45,18 @@ class RetellingCopy(RebuildingCopy):
         self._has_doubts = {(DOUBTS, 1), (OBSTACLES, 1)} <= set(parts)
 
     @contextlib.contextmanager
-    def at(self, step: int) -> Iterator[None]:
-        """Returns a context in which another step is the current one."""
-        own, self.step = self.step, step
+    def at(self, step: int, elapsed: float = 0.0) -> Iterator[None]:
+        """Returns a context in which another step is the current one.
+
+        Args:
+            step: The step.
+            elapsed: In how many seconds from now that is.
+        """
+        own, self.step, self.elapsed = (self.step, self.elapsed), step, elapsed
         try:
             yield
         finally:
-            self.step = own
+            self.step, self.elapsed = own
 
     def unknown(self, events: Sequence[str]) -> List[str]:
         """Returns the reasons why some of these events cannot be told."""

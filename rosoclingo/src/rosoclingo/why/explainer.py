@@ -97,7 +97,8 @@ class Explainer:
             earlier = sorted((s, own) for own, _, s in plan.ends if s < end and own != slot)
             requests = dict(situation.goals)
             after = tuple(requests[own] for _, own in earlier if own in requests)
-            found_end = WhyGoal("", slot, request, end, after, situation.silent)
+            late = dict(plan.late or ()).get(slot, 0)
+            found_end = WhyGoal("", slot, request, end, after, situation.silent, late=late)
             return words.goal(self._in_time(found_end), situation, self._phrases)
         case.take_as_given(slot)
         case.request = request
@@ -224,7 +225,8 @@ class Explainer:
             case.take_as_given()
             contrast = Instead(case.copy, case.facts, case.deadline)
             found = contrast.look(best, action, is_demanded=is_demanded)
-            return words.contrast(self._in_time(found), self._phrases)
+            requests = dict(self._situation.goals)
+            return words.contrast(self._in_time(found), self._phrases, requests)
         no_plan = self._look(case)
         best = no_plan.plan
         if no_plan.reason is not None:

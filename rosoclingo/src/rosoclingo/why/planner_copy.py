@@ -7,14 +7,28 @@ import contextlib
 import enum
 import time
 from dataclasses import dataclass, replace
-from typing import AbstractSet, Callable, Dict, FrozenSet, Iterator, List, Optional, Sequence, Tuple
+from types import MappingProxyType
+from typing import (
+    AbstractSet,
+    Callable,
+    Dict,
+    FrozenSet,
+    Iterator,
+    List,
+    Mapping,
+    Optional,
+    Sequence,
+    Tuple,
+)
 
 from rosclingo.solver.engine import Engine
 from rosclingo.wire.commands import Assumption, Improvement, Outcome, Result
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.journal import TERMINAL_STATUSES
+from rosoclingo.loop.values.arrivals import expected_arrivals, planned_spans
 from rosoclingo.loop.values.atoms import Plan
+from rosoclingo.loop.values.execution import Execution
 from rosoclingo.why.situation import moved
 
 
@@ -38,6 +52,9 @@ class Possible:
             something to be done in it that was not done yet.
         ends: Slot, status and step of each goal that ends in it.
         holds: The fluents that hold at the current step, as far as the encoding shows them.
+        late: By how many seconds goals will be late, by slots; None if the plan does not say how
+            long all that is under way takes.
+        next_begins: In how many seconds the next step begins, if that is known.
     """
 
     actions: Tuple[str, ...]
@@ -46,6 +63,8 @@ class Possible:
     steps: int
     ends: Tuple[Tuple[str, str, int], ...] = ()
     holds: Tuple[str, ...] = ()
+    late: Optional[Tuple[Tuple[str, int], ...]] = None
+    next_begins: float = 0.0
 
     def end_of(self, slot: str) -> Optional[int]:
         """Returns the step in which the goal in a slot ends."""
@@ -132,6 +151,9 @@ class Copy(abc.ABC):
         step: The current step.
         last: The last step that may be planned for.
         deadline: When to end; may be set anew for each question.
+        elapsed: In how many seconds from now the current step is; above 0 if it is hypothetical.
+        ages: How many seconds ago goals have come, by slots.
+        silent: Since how many seconds actuators have been busy.
     """
 
     deadline: Deadline
@@ -139,6 +161,9 @@ class Copy(abc.ABC):
     savable: FrozenSet[str]
     step: int
     last: int
+    elapsed: float = 0.0
+    ages: Mapping[str, float] = MappingProxyType({})
+    silent: Mapping[str, float] = MappingProxyType({})
     _engine: Engine
 
     @contextlib.contextmanager
@@ -231,4 +256,34 @@ class Copy(abc.ABC):
         steps = last - self.step + any(action.commit not in told for action in now)
         actions = [action for action in plan.actions_from(self.step) if action.step <= last]
         holds = plan.last_fluents(self.step)
-        return Possible(tuple(map(str, actions)), self.step, last, steps, tuple(ends), tuple(holds))
+        late, next_begins = self._times(plan, told)
+        return Possible(
+            tuple(map(str, actions)), self.step, last, steps, tuple(ends), tuple(holds), late,
+            next_begins,
+        )  # fmt: skip
+
+    def _times(
+        self, plan: Plan, told: AbstractSet[str]
+    ) -> Tuple[Optional[Tuple[Tuple[str, int], ...]], float]:
+        """Returns by how much goals will be late, and in how many seconds the next step begins."""
+        under_way = [action for action in plan.actions(self.step) if action.commit in told]
+        if not plan.lasting or any(action not in plan.lasting for action in under_way):
+            return None, 0.0
+        began = {actuator: -seconds for actuator, seconds in self.silent.items()}
+        busy = [
+            Execution(
+                0, self.step, one.actuator, one.name,
+                world_began=began.get(one.actuator, self.elapsed),
+                kind=plan.lasting[one][0], seconds=plan.lasting[one][1],
+            )
+            for one in under_way
+        ]  # fmt: skip
+        spans = planned_spans(plan, self.step, busy, (), self.elapsed)
+        late = []
+        for slot, end in expected_arrivals(plan, spans).items():
+            limit = plan.limits.get(slot)
+            seconds = 0 if limit is None else round(end + self.ages.get(slot, 0.0) - limit)
+            if seconds > 0:
+                late.append((slot, seconds))
+        through = (span.ends for span in spans if span.last <= self.step)
+        return tuple(sorted(late)), max(through, default=self.elapsed)

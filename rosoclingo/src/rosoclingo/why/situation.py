@@ -37,6 +37,7 @@ class Situation:
         goals: Slot and request of each goal that is open.
         queued: The requests of goals without a slot, in order; the planner knows nothing of them.
         silent: The actuators that have not answered, and since how many seconds.
+        ages: How many seconds ago goals have come, by slots.
         others: Other externals that the mode has made true.
         tells: Whether the encoding is told its events by grounding.
         is_limit: Whether the mode plans for no step after the last one.
@@ -56,6 +57,7 @@ class Situation:
     is_limit: bool = True
     used: Tuple[str, ...] = ()
     offset: int = 0
+    ages: Tuple[Tuple[str, float], ...] = ()
 
     @classmethod
     def of(cls, state: State, last: Optional[int] = None) -> Situation:
@@ -81,6 +83,7 @@ class Situation:
             others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
             tells=state.planner.demand.tells,
             used=tuple(goals.used),
+            ages=tuple(goals.ages(state.environment.world_now()).items()),
         )
         known = known_to_hold(state) if state.step > _HISTORY else None
         return situation if known is None else situation.since(*known)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import List, Optional
+from types import MappingProxyType
+from typing import List, Mapping, Optional
 
 from rosclingo.wire.term_text import split_term
 from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
@@ -118,6 +119,8 @@ def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
         if answer.after:
             ends = f"{ends}: its turn comes after {join(answer.after)}"
         sentences.append(f"{ends}.")
+        if answer.late:
+            sentences.append(f"It will be late by {answer.late} s.")
     sentences += _silence(situation, phrases)
     return replace(answer, text=" ".join(sentences))
 
@@ -154,8 +157,16 @@ def queued(request: str, situation: Situation, phrases: Phrases, slots: int) -> 
     return replace(answer, text=" ".join([f"{text}.", *_silence(situation, phrases)]))
 
 
-def contrast(answer: Contrast, phrases: Phrases) -> Contrast:
-    """Adds the sentences."""
+def contrast(
+    answer: Contrast, phrases: Phrases, requests: Mapping[str, str] = MappingProxyType({})
+) -> Contrast:
+    """Adds the sentences.
+
+    Args:
+        answer: What was found.
+        phrases: What facts are called.
+        requests: The requests of open goals, by slots.
+    """
     actuator, action, step = split_term(answer.action)[1]
     deed = phrases.deed(action)
     lead = f"If {actuator} were {'' if answer.is_demanded else 'not '}to {deed} in step {step}"
@@ -172,6 +183,7 @@ def contrast(answer: Contrast, phrases: Phrases) -> Contrast:
             others = planned_like(answer.plan, action)
             has = "it" if answer.is_planned else f"no such action in step {step}, but {others}"
             text = f"The plan has {has}. {text}"
+        text += _lateness(answer, requests)
     elif answer.other is not None:
         text = f"{lead}, there would be {a_plan(answer.other)}."
     elif answer.reason is not None and answer.plan is None:
@@ -181,6 +193,15 @@ def contrast(answer: Contrast, phrases: Phrases) -> Contrast:
     else:
         text = f"{lead}, there would be no plan in which the same goals end."
     return replace(answer, text=text)
+
+
+def _lateness(answer: Contrast, requests: Mapping[str, str]) -> str:
+    """Returns a sentence about the goals that would be late, or nothing."""
+    late = [
+        f"{requests.get(slot, slot)} by {then} s" + (f" instead of {now} s" if now else "")
+        for slot, then, now in answer.later
+    ]
+    return f" It would be late: {join(late)}." if late else ""
 
 
 def planned_like(plan: Optional[Possible], action: str) -> str:

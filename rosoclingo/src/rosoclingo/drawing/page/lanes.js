@@ -33,6 +33,7 @@ for (const [sign, ...kinds] of [
   ["‖", "hold"],
   ["!", "approval"],
   ["≈", "belief"],
+  ["⚑", "late"],
 ]) {
   for (const kind of kinds) SIGNS[kind] = sign;
 }
@@ -100,6 +101,8 @@ function drawLane(drawing, { bars, tell }, y, height, { from, to }, x) {
     const middle = bar.begins > bar.from ? Math.min(x(bar.begins), b) : a;
     if (middle > a) drawBar(drawing, bar.kind, a, y + 2, middle - a, height - 4, "waits").tell = () => tell(bar);
     if (b > middle) drawBar(drawing, bar.kind, middle, y + 2, b - middle, height - 4).tell = () => tell(bar);
+    const late = bar.due ?? Infinity;
+    if (late < bar.to && bar.to >= from) drawBar(drawing, "late", x(late), y + 2, b - x(late), height - 4).tell = () => tell(bar);
     const notes = b - a < NOTED ? [] : (bar.notes ?? []).filter(([at]) => at !== null && at >= from && at <= to);
     for (const [at, note] of notes) shape(drawing, "text", { x: x(at), y: y + 5, class: "middle note" }, note);
     // The text is in the wider part, behind what is noted at its beginning; without room, the sign stands beside the bar.
@@ -117,7 +120,8 @@ function drawLane(drawing, { bars, tell }, y, height, { from, to }, x) {
  * Draws lanes of bars between two times.
  *
  * A lane is { name, bars, tell }; its bars are in order and do not overlap, and tell(bar) says all that is known of one.
- * A bar is { from, to, kind, text }. One with { begins } waits until then; { notes }, such as [[seconds, "×"]], stand on it.
+ * A bar is { from, to, kind, text }. One with { begins } waits until then, one with { due } is late from then on, and
+ * { notes }, such as [[seconds, "×"]], stand on it.
  * A view is { from, to, width, labels, row, clock, marks }: the section, the pixels of all, of names and of the height of a
  * lane, clock(seconds, unit) that makes a text, and lines such as { at, kind, text }.
  */

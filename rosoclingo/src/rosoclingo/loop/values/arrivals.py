@@ -1,14 +1,15 @@
 """Times a plan by the seconds that its actions take, and estimates when goals will be served.
 
 A plan says how long its actions take, and with which one each goal is served. An actuator that acts
-is expected to be through when its action should be, and now if that is gone by. An action of a
-later step begins when its actuator is free, and when all actions are through that end in the steps
-before. Needs no ROS. Times are in seconds of :meth:`.Environment.world_now`.
+is expected to be through when its action should be, and now if that is gone by. What the plan has
+it do next begins right after that, and after the actions of others that it awaits. Needs no ROS.
+Times are in seconds of :meth:`.Environment.world_now`.
 
 >>> plan = Plan((
 ...     "do(cook,boil,1)", "lasts(do(cook,boil,1),boil,60)", "do(robot,go(a),1)",
 ...     "lasts(do(robot,go(a),1),way,20)", "do(cook,boil,2)", "do(robot,give,3)",
-...     "lasts(do(robot,give,3),give,5)", "expected(1,do(robot,give,3))", "due(1,30)",
+...     "lasts(do(robot,give,3),give,5)", "awaits(do(robot,give,3),do(cook,boil,2))",
+...     "expected(1,do(robot,give,3))", "due(1,30)",
 ... ))
 >>> spans = planned_spans(plan, 1, [], set(), 100.0)
 >>> [(span.name, span.begins, span.ends) for span in spans]
@@ -131,37 +132,30 @@ def planned_spans(
     doing = {one.actuator: one for one in executions if one.is_open}
     lasts = _last_steps(plan, step)
     free: Dict[str, float] = {}  # when an actuator is through
-    ends: Dict[int, float] = {}  # when the actions are through whose last step that is
+    ends: Dict[Action, float] = {}  # by each step of an action
     spans: List[PlannedSpan] = []
+
+    def add(span: PlannedSpan) -> None:
+        spans.append(span)
+        free[span.actuator] = span.ends
+        for one in range(span.first, span.last + 1):
+            ends[Action(span.actuator, span.name, one)] = span.ends
+
     for actuator, one in doing.items():
-        free[actuator] = one.end_after(now)
         first = next((action for action in lasts if action.actuator == actuator), None)
-        # In the step in which it began, the plan says how long it takes; in later ones, it repeats.
-        is_it = first is not None and first.name == one.action
-        if first is not None and is_it and (first in published or first not in plan.lasting):
-            last = lasts[first]
-        else:
-            last = step
-        ends[last] = max(free[actuator], ends.get(last, now))
+        under_way = first if first is not None and first.name == one.action else None
+        last = step if under_way is None else lasts.pop(under_way)
+        free[actuator] = one.end_after(now)
         if one.kind:
             began = now if one.is_held else one.world_began
-            span = PlannedSpan(actuator, one.action, step, last, began, free[actuator])
-            spans.append(span)
-    ready = now  # when all is through that ends before the step
+            add(PlannedSpan(actuator, one.action, step, last, began, free[actuator]))
     for action, last in lasts.items():
         seconds = plan.lasting.get(action, ("", None))[1]
         if seconds is None or action in published:
             continue
-        for other in [other for other in ends if other < action.step]:
-            ready = max(ready, ends.pop(other))
-        begins = max(ready, free.get(action.actuator, now))
-        free[action.actuator] = begins + seconds
-        ends[last] = max(begins + seconds, ends.get(last, now))
-        spans.append(
-            PlannedSpan(
-                action.actuator, action.name, action.step, last, begins, free[action.actuator]
-            )
-        )
+        before = [ends.get(other, now) for other in plan.awaits.get(action, ())]
+        begins = max([free.get(action.actuator, now), *before])
+        add(PlannedSpan(action.actuator, action.name, action.step, last, begins, begins + seconds))
     return sorted(spans, key=lambda span: span.begins)
 
 

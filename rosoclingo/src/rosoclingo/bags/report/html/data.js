@@ -5,7 +5,7 @@ import { clock, lasted } from "./times.js";
 
 export const DATA = JSON.parse(byId("data").textContent);
 export const LEAST = 0.05; // shortest section, in seconds
-export const END = Math.max(DATA.ended, DATA.began + LEAST);
+export const END = Math.max(DATA.until, DATA.began + LEAST); // with what is planned
 const MOST_CAUSES = 4; // that are named of one plan change
 const CAUSES = {
   start: "the first plan",
@@ -20,7 +20,14 @@ const CAUSES = {
 };
 
 const maybe = (seconds) => (seconds === null ? "" : clock(seconds));
+const isPlanned = (action) => action.answer === "planned";
 const took = (began, ended) => (began === null || ended === null ? "" : lasted(Math.max(0, ended - began)));
+
+/** By how much a goal was late, or is expected to be, in words; nothing if it is in time. */
+function late({ due, ended, expected }) {
+  const by = due === null ? 0 : (ended ?? expected ?? DATA.ended) - due;
+  return by > 0 ? lasted(by) : "";
+}
 
 function causesOf(change) {
   const texts = change.causes.map(([kind, text]) => (text ? `${CAUSES[kind]} ${text}` : CAUSES[kind]));
@@ -41,12 +48,15 @@ export const FIELDS = {
     ["reason", (goal) => goal.reason],
     ["came", (goal) => clock(goal.came), "number"],
     ["queued behind", (goal) => goal.behind, "told"],
-    ["waited", (goal) => took(goal.came, goal.accepted ?? goal.ended ?? END), "number"],
+    ["waited", (goal) => took(goal.came, goal.accepted ?? goal.ended ?? DATA.ended), "number"],
     ["accepted", (goal) => maybe(goal.accepted), "told"],
     ["slot", (goal) => goal.slot, "told"],
     ["asked to be cancelled", (goal) => maybe(goal.cancels), "told"],
     ["ended", (goal) => maybe(goal.ended), "told"],
-    ["ran", (goal) => took(goal.accepted, goal.ended ?? END), "number"],
+    ["expected", (goal) => maybe(goal.expected), "told"],
+    ["due", (goal) => maybe(goal.due), "told"],
+    ["late by", late, "told"],
+    ["ran", (goal) => took(goal.accepted, goal.ended ?? DATA.ended), "number"],
     ["steps", (goal) => (goal.ended === null || goal.accepted === null ? "" : goal.steps), "number"],
   ],
   actions: [
@@ -55,7 +65,8 @@ export const FIELDS = {
     ["answer", (action) => action.answer || (action.ended === null ? "none" : "another action came before it")],
     ["took", (action) => took(action.began, action.ended)],
     STEP,
-    ["published", (action) => clock(action.began)],
+    ["published", (action) => (isPlanned(action) ? "" : clock(action.began))],
+    ["begins", (action) => (isPlanned(action) ? clock(action.began) : "")],
   ],
   messages: [
     AT,
@@ -123,6 +134,6 @@ for (const lane of DATA.lanes) {
     const row = Object.assign(rowsOf[lane.kind][i], { from, to, kind: KINDS[number] });
     row.text = row.name; // which goals, actions, holds and beliefs have
     if (lane.kind !== "goals") return row;
-    return Object.assign(row, { begins: row.accepted ?? to, notes: [[row.accepted, "▼"], [row.cancels, "×"]] });
+    return Object.assign(row, { begins: row.accepted ?? to, notes: [[row.accepted, "▼"], [row.cancels, "×"], [row.due, "⚑"]] });
   });
 }

@@ -152,7 +152,14 @@ function drawCharts() {
 
 // What the mouse and the keys do.
 
-const RARE = { restart: RESTARTS, hold: rowsOf.holds, approval: rowsOf.holds, belief: rowsOf.beliefs };
+const RARE = {
+  restart: RESTARTS,
+  hold: rowsOf.holds,
+  approval: rowsOf.holds,
+  belief: rowsOf.beliefs,
+  late: rowsOf.goals.filter(({ due }) => due !== null),
+  planned: rowsOf.actions.filter(({ kind }) => kind === "planned"),
+};
 for (const [kind, words] of Object.entries(DATA.legend)) {
   const names = Object.keys(words).filter((name) => !RARE[name] || RARE[name].length);
   const samples = names.map((name) => make("span", {}, sample(name), words[name]));
