@@ -240,13 +240,39 @@ def test_a_request_for_two_actuators_is_left_to_the_search() -> None:
     assert judge.run(task, plan)
 
 
+def ovens() -> FlatTask:
+    """Returns a task for two robots: one fills an oven, and one fetches what is ready there."""
+    actions: List[FlatAction] = []
+    durations: List[int] = []
+    for robot in range(2):
+        for start, end in itertools.permutations(range(2), 2):
+            actions.append(([(robot, start)], [], [([], robot, end)], [], 10, robot))
+            durations.append(10)
+        actions += [
+            ([(robot, 0), (2, 0)], [], [([], 2, 1)], [], 1, robot),  # fills the oven
+            ([(robot, 0), (2, 1)], [], [([], 2, 2 + robot)], [], 1, robot),  # fetches
+            ([(robot, 1), (2, 2 + robot)], [], [([], 2, 4)], [], 1, robot),  # brings
+        ]
+        durations += [30, 1, 1]
+    return FlatTask([2, 2, 5], [0, 0, 0], [], [], [([(2, 4)], [])], actions, durations=durations)
+
+
+def test_one_robot_may_begin_what_another_one_ends() -> None:
+    """No other robot brings what one has fetched."""
+    chains = inserter_of(tuple(ovens())).chains
+    assert chains.of_requests == [[(2, 3, 4), (7, 8, 9), (2, 8, 9), (7, 3, 4)]]
+    task = couriers(random.Random(3))
+    for chain in itertools.chain(*inserter_of(tuple(task)).chains.of_requests):
+        assert len({task.actions[index][5] for index in chain}) == 1
+
+
 def test_the_sources_insert_as_compiled_modules_do() -> None:
     def inserted(task: FlatTask) -> List[List[int]]:
         inserter = inserter_of(tuple(task))
         plans = [inserter.first(lambda: False)]
         return plans + [plan for plan in [inserter.round() for _ in range(20)] if plan is not None]
 
-    tasks = [couriers(random.Random(seed)) for seed in range(4)]
+    tasks = [ovens(), *(couriers(random.Random(seed)) for seed in range(4))]
     program = (
         "import sys\n"
         "from rosoclingo.engine.insertion import inserter_of\n"

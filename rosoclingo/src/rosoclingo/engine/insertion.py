@@ -25,6 +25,7 @@ MOST_TRIED = 10  # places for a chain that are valid
 MOST_LOOKED_AT = 45  # with those that are not
 MOST_FILLS = 8  # for one chain
 FILL_PLACES = 4
+MORE_EARLY = 2  # places for what another actuator does first, if it goes somewhere for that
 FILL = -1  # instead of the request for which an action is
 MOST_DISTANCE = 200  # seconds, between related requests
 ITEMS_PER_EVALUATION = 120  # which take about as long
@@ -296,9 +297,9 @@ class Inserter:
         if request not in self.places_of:
             found: dict = {}
             for chain in self.chains.of_requests[request]:
-                variable, _, spots = self.shape(chain)
+                variable, _, spots, _ = self.shape(chain)
                 if variable >= 0:
-                    found[variable] = [spot[0] for spot in spots if spot[0] >= 0]
+                    found.setdefault(variable, [spot[0] for spot in spots if spot[0] >= 0])
             self.places_of[request] = found
         return self.places_of[request]
 
@@ -306,19 +307,21 @@ class Inserter:
         """Returns how a chain goes on the map.
 
         Returns:
-            The variable for where its actuator is, -1 for none; how many of its first actions other
-            actuators do; and of each other one, where it begins and ends, -1 if that is anywhere.
+            The variable for where its last actuator is, -1 for none; how many of its first actions
+            other actuators do; of each other one, where it begins and ends, -1 if that is anywhere;
+            and whether one of the others goes somewhere, too.
         """
         if chain in self.shapes:
             return self.shapes[chain]
         roaming = self.chains.roaming
         mains = [self.actions[one][5] for one in chain if self.actions[one][5] in roaming]
-        variable = roaming[mains[0]] if mains else -1
+        main = mains[len(mains) - 1] if mains else -1
+        variable = roaming[main] if mains else -1
         first = 0
-        while first < len(chain) - 1 and self.actions[chain[first]][5] not in roaming:
+        while first < len(chain) - 1 and self.actions[chain[first]][5] != main:
             first += 1
         spots = [self.spot(index, variable) for index in chain[first:]]
-        found = variable, first, spots
+        found = variable, first, spots, len(set(mains)) > 1
         self.shapes[chain] = found
         return found
 
@@ -334,7 +337,11 @@ class Inserter:
         """Inserts the best chain of a request at its best place; returns whether there is one."""
         options: list = []
         order = array("i", [*solution.order, 0])
-        for chain in self.chains.of_requests[request]:
+        chains = self.chains.of_requests[request]
+        plain = [chain for chain in chains if not self.shape(chain)[3]]
+        if len(plain) < len(chains) and self.draw(2):
+            chains = plain
+        for chain in chains:
             self.find_places(order, chain, options)
         options.sort()
         best = Solution(solution.order, solution.owners)
@@ -346,7 +353,7 @@ class Inserter:
                 if tried == MOST_TRIED:
                     break
         size = len(solution.order)
-        for chain in self.chains.of_requests[request]:
+        for chain in chains:
             self.try_places(solution, best, request, (size, size, chain, len(chain)))
         if best.score < 0:
             return False
@@ -362,7 +369,7 @@ class Inserter:
             options: Gets the places, as the detour, a number, the position of the first action and
                 that of the last ones, the chain, and how many of its actions are first ones.
         """
-        variable, prefix, spots = self.shape(chain)
+        variable, prefix, spots, _ = self.shape(chain)
         length = len(order) - 1
         if variable < 0:
             for place in (0, length // 2, self.draw(length + 1), length):
@@ -473,10 +480,12 @@ class Inserter:
         """Tries a place for a chain; returns whether it is possible."""
         first, last, chain, split = place
         order, owners = solution.order, solution.owners
-        _, prefix, _ = self.shape(chain)
+        _, prefix, _, is_mixed = self.shape(chain)
         early = [first]
         if prefix:
             early.append(self.draw(2) * self.draw(first + 1))
+        if is_mixed:
+            early += [self.draw(first + 1) for _ in range(MORE_EARLY)]
         found = False
         for begin in dict.fromkeys(early):
             new_order = [
