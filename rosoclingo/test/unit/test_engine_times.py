@@ -212,6 +212,19 @@ def test_inserted_plans_are_valid_and_each_better_than_the_one_before(seed: int)
     assert again.best.value == values[-1]
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_plans_without_seconds_are_inserted_too(seed: int) -> None:
+    """Actions last as long as they cost, and better plans have less makespan, or cost less."""
+    task = couriers(random.Random(seed))._replace(durations=[], due=[], aim=(0, 0))
+    inserter = inserter_of(tuple(task))
+    plans = [inserter.first(lambda: False)]
+    improver = Improver(tuple(task), lambda: False, 4000, inserter=inserter)
+    improver.improve(plans[0], plans.append)
+    values = [judge.value_of(task, plan) for plan in plans]
+    assert values == sorted(set(values), reverse=True)
+    assert inserter.best.value[-2:] >= values[-1]
+
+
 def test_some_plan_recharges() -> None:
     """The tasks of the test above need that, and it is inserted."""
     fills = 0

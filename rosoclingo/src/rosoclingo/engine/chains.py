@@ -28,6 +28,8 @@ class Chains:
         fills: Of each number, the actions that add to it and that are in no chain.
         ways: The ways of :func:`~rosoclingo.engine.scheduling.find_ways`.
         roaming: For each actuator that goes somewhere, the variable for where it is.
+        are_complete: Whether each request that is not met yet has a chain; if not, nothing else is
+            there of the requests after that, nor of numbers.
     """
 
     def __init__(self, task: tuple) -> None:
@@ -51,7 +53,14 @@ class Chains:
             if index not in moves and self._twins.get(index, [index])[0] == index:
                 for _, variable, value in action[2]:
                     self._makers.setdefault((variable, value), []).append(index)
-        self.of_requests = [self._chains(request) for request in task[4]]
+        self.of_requests: list = []
+        self.are_complete = True
+        for request in task[4]:
+            chains = self._chains(request)
+            self.of_requests.append(chains)
+            if not chains and not self._is_met(request, task[3]):
+                self.are_complete = False
+                return
         self.owners: dict = {}
         for request, chains in enumerate(self.of_requests):
             for chain in chains:
@@ -64,6 +73,13 @@ class Chains:
                 for kind, number, _ in action[3]:
                     if kind in (ADDS, BECOMES):
                         self.fills.setdefault(number, []).append(index)
+
+    def _is_met(self, request: tuple, levels: list) -> bool:
+        wishes, ranges = request
+        wrong = [1 for variable, value in wishes if self._initial[variable] != value]
+        return not wrong and not [
+            1 for one, least, most in ranges if not least <= levels[one] <= most
+        ]
 
     def _chains(self, request: tuple) -> list:
         wishes, levels = request

@@ -15,6 +15,7 @@ from array import array
 import cython
 
 from rosoclingo.engine.chains import Chains
+from rosoclingo.engine.kinds import MAKESPAN
 from rosoclingo.engine.scheduling import Scheduler
 from rosoclingo.engine.timing import Timetable
 
@@ -64,10 +65,15 @@ def inserter_of(task: tuple):
     Args:
         task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
     """
-    if not task[9] or task[6] or not task[4]:
+    if task[6] or not task[4]:
         return None
-    inserter = Inserter(task, Timetable(task, {}))
-    return inserter if inserter.requests and inserter.has_chains else None
+    if not task[9]:  # an action lasts as long as it costs
+        task = (*task[:9], [action[4] for action in task[5]], *task[10:13], (MAKESPAN, 0))
+    chains = Chains(task)
+    if not chains.are_complete:
+        return None
+    inserter = Inserter(task, Timetable(task, {}), chains)
+    return inserter if inserter.requests else None
 
 
 @cython.cclass
@@ -97,16 +103,17 @@ class Inserter:
     rounds_in_vain: cython.int
     items_per_evaluation: cython.int
 
-    def __init__(self, task: tuple, table) -> None:
-        """Finds the chains of requests.
+    def __init__(self, task: tuple, table, chains) -> None:
+        """Prepares the search.
 
         Args:
             task: A :class:`~rosoclingo.engine.flat.FlatTask` that counts seconds and has no derived
                 variables, or a tuple like it.
             table: Its :class:`~rosoclingo.engine.timing.Timetable`.
+            chains: Those of its requests, :class:`~rosoclingo.engine.chains.Chains`.
         """
         self.scheduler = Scheduler(task, table)
-        self.chains = Chains(task)
+        self.chains = chains
         self.actions = task[5]
         self.domains = task[0]
         self.durations = task[9]
@@ -141,11 +148,6 @@ class Inserter:
     def is_stuck(self) -> bool:
         """Whether so many rounds have found nothing better that others hardly will."""
         return self.rounds_in_vain > ROUNDS_PER_PAIR * len(self.requests) ** 2
-
-    @property
-    def has_chains(self) -> bool:
-        """Whether each request has a chain."""
-        return not [1 for request in self.requests if not self.chains.of_requests[request]]
 
     def draw(self, size: int) -> int:
         """Draws a number from 0 to one less than a size."""
