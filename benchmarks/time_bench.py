@@ -22,7 +22,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Protocol, Sequence, Tuple
 
 from harness import Report, Row, Samples
 from rosclingo.solver.options import Options
@@ -79,6 +79,15 @@ class Found(NamedTuple):
     plan: List[Act]
 
 
+class Written(Protocol):
+    """A task that is written as an encoding for actions.lp."""
+
+    goals: List[str]
+
+    def write(self, folder: Path) -> List[str]:
+        """Writes the encoding into a folder, and returns the planner's files."""
+
+
 class _Asked(System):
     """Ends when the first action goes out."""
 
@@ -89,7 +98,7 @@ class _Asked(System):
         return False
 
 
-def read_task(task: TimeTask) -> PlanningTask:
+def read_task(task: Written) -> PlanningTask:
     """Returns the planning task that a planner reads."""
     with tempfile.TemporaryDirectory() as place:
         constants = ("-c", f"slots={len(task.goals)}")
@@ -106,19 +115,32 @@ def read_task(task: TimeTask) -> PlanningTask:
 
 def search_here(task: TimeTask) -> Found:
     """Searches in this process, as the planner's process for it does."""
+    seconds, plans = find_plans(task, MARKS)
+    return Found(seconds, [judge(task, plan) for plan in plans], plans[0])
+
+
+def find_plans(task: Written, marks: Sequence[float]) -> Tuple[float, List[List[Act]]]:
+    """Searches in this process, as the planner's process for it does.
+
+    Args:
+        task: The task.
+        marks: Seconds of processor time, in order.
+
+    Returns:
+        The processor time until the first plan, and that plan with the best one after each mark.
+    """
     planning = read_task(task)
     flat = flatten(planning)
     found: List[Tuple[float, Sequence[int]]] = []
     worker.write = lambda record: found.append((time.process_time() - began, record))
-    options = {"plan": None, "standing": None, "seconds": MARKS[-1], "moment": 0,
-               "improve_seconds": MARKS[-1], "improve_evaluations": 10**9}  # fmt: skip
+    options = {"plan": None, "standing": None, "seconds": marks[-1], "moment": 0,
+               "improve_seconds": marks[-1], "improve_evaluations": 10**9}  # fmt: skip
     began = time.process_time()
     worker.search(tuple(flat), options, os.getppid())
     seconds = found[0][0]
     scheduler = Scheduler(tuple(flat), Timetable(tuple(flat), {}))
-    plans = [[plan for when, plan in found if when <= mark][-1] for mark in (seconds, *MARKS)]
-    acts = [list(timed(planning, scheduler, plan)) for plan in plans]
-    return Found(seconds, [judge(task, one) for one in acts], acts[0])
+    plans = [[plan for when, plan in found if when <= mark][-1] for mark in (seconds, *marks)]
+    return seconds, [list(timed(planning, scheduler, plan)) for plan in plans]
 
 
 def timed(task: PlanningTask, scheduler: Scheduler, plan: Sequence[int]) -> Iterator[Act]:

@@ -212,6 +212,19 @@ def test_inserted_plans_are_valid_and_each_better_than_the_one_before(seed: int)
     assert again.best.value == values[-1]
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_plans_without_seconds_are_inserted_too(seed: int) -> None:
+    """Actions last as long as they cost, and better plans have less makespan, or cost less."""
+    task = couriers(random.Random(seed))._replace(durations=[], due=[], aim=(0, 0))
+    inserter = inserter_of(tuple(task))
+    plans = [inserter.first(lambda: False)]
+    improver = Improver(tuple(task), lambda: False, 4000, inserter=inserter)
+    improver.improve(plans[0], plans.append)
+    values = [judge.value_of(task, plan) for plan in plans]
+    assert values == sorted(set(values), reverse=True)
+    assert inserter.best.value[-2:] >= values[-1]
+
+
 def test_some_plan_recharges() -> None:
     """The tasks of the test above need that, and it is inserted."""
     fills = 0
@@ -240,13 +253,39 @@ def test_a_request_for_two_actuators_is_left_to_the_search() -> None:
     assert judge.run(task, plan)
 
 
+def ovens() -> FlatTask:
+    """Returns a task for two robots: one fills an oven, and one fetches what is ready there."""
+    actions: List[FlatAction] = []
+    durations: List[int] = []
+    for robot in range(2):
+        for start, end in itertools.permutations(range(2), 2):
+            actions.append(([(robot, start)], [], [([], robot, end)], [], 10, robot))
+            durations.append(10)
+        actions += [
+            ([(robot, 0), (2, 0)], [], [([], 2, 1)], [], 1, robot),  # fills the oven
+            ([(robot, 0), (2, 1)], [], [([], 2, 2 + robot)], [], 1, robot),  # fetches
+            ([(robot, 1), (2, 2 + robot)], [], [([], 2, 4)], [], 1, robot),  # brings
+        ]
+        durations += [30, 1, 1]
+    return FlatTask([2, 2, 5], [0, 0, 0], [], [], [([(2, 4)], [])], actions, durations=durations)
+
+
+def test_one_robot_may_begin_what_another_one_ends() -> None:
+    """No other robot brings what one has fetched."""
+    chains = inserter_of(tuple(ovens())).chains
+    assert chains.of_requests == [[(2, 3, 4), (7, 8, 9), (2, 8, 9), (7, 3, 4)]]
+    task = couriers(random.Random(3))
+    for chain in itertools.chain(*inserter_of(tuple(task)).chains.of_requests):
+        assert len({task.actions[index][5] for index in chain}) == 1
+
+
 def test_the_sources_insert_as_compiled_modules_do() -> None:
     def inserted(task: FlatTask) -> List[List[int]]:
         inserter = inserter_of(tuple(task))
         plans = [inserter.first(lambda: False)]
         return plans + [plan for plan in [inserter.round() for _ in range(20)] if plan is not None]
 
-    tasks = [couriers(random.Random(seed)) for seed in range(4)]
+    tasks = [ovens(), *(couriers(random.Random(seed)) for seed in range(4))]
     program = (
         "import sys\n"
         "from rosoclingo.engine.insertion import inserter_of\n"

@@ -3,7 +3,9 @@
 
 Actuators that stay where they are, such as ovens, may help. Ways are left out, since they follow
 from where the next action is, and numbers, since others use them, too. A chain is found by
-Dijkstra's algorithm over the variables that its actions need and change.
+Dijkstra's algorithm over the variables that its actions need and change. Of two such chains, the
+begin of one and the end of the other are a chain, too, if that meets the request: one robot fills
+an oven, and another one fetches what is ready.
 """
 
 from heapq import heappop, heappush
@@ -13,6 +15,8 @@ from rosoclingo.engine.scheduling import find_twins, find_ways
 
 MOST_ACTIONS = 60  # that may help a request
 MOST_STATES = 2000
+MOST_MIXED = 12  # chains of two actuators, for one request
+MOST_IN_VAIN = 3  # pairs of actuators without such a chain, before no others are looked at
 
 
 class Chains:
@@ -24,6 +28,8 @@ class Chains:
         fills: Of each number, the actions that add to it and that are in no chain.
         ways: The ways of :func:`~rosoclingo.engine.scheduling.find_ways`.
         roaming: For each actuator that goes somewhere, the variable for where it is.
+        are_complete: Whether each request that is not met yet has a chain; if not, nothing else is
+            there of the requests after that, nor of numbers.
     """
 
     def __init__(self, task: tuple) -> None:
@@ -47,7 +53,14 @@ class Chains:
             if index not in moves and self._twins.get(index, [index])[0] == index:
                 for _, variable, value in action[2]:
                     self._makers.setdefault((variable, value), []).append(index)
-        self.of_requests = [self._chains(request) for request in task[4]]
+        self.of_requests: list = []
+        self.are_complete = True
+        for request in task[4]:
+            chains = self._chains(request)
+            self.of_requests.append(chains)
+            if not chains and not self._is_met(request, task[3]):
+                self.are_complete = False
+                return
         self.owners: dict = {}
         for request, chains in enumerate(self.of_requests):
             for chain in chains:
@@ -60,6 +73,13 @@ class Chains:
                 for kind, number, _ in action[3]:
                     if kind in (ADDS, BECOMES):
                         self.fills.setdefault(number, []).append(index)
+
+    def _is_met(self, request: tuple, levels: list) -> bool:
+        wishes, ranges = request
+        wrong = [1 for variable, value in wishes if self._initial[variable] != value]
+        return not wrong and not [
+            1 for one, least, most in ranges if not least <= levels[one] <= most
+        ]
 
     def _chains(self, request: tuple) -> list:
         wishes, levels = request
@@ -81,7 +101,36 @@ class Chains:
                 found.append(chain)
         if not found:
             found = [chain for chain in [self._quickest(wishes, staying)] if chain]
+        return found + self._mixed(wishes, found) if mains else found
+
+    def _mixed(self, wishes: list, chains: list) -> list:
+        """Returns chains that one actuator begins and another one ends."""
+        found: list = []
+        size = len(chains)
+        pairs = [(i, (i + step) % size) for step in range(1, size) for i in range(size)]
+        for number, (one, other) in enumerate(pairs):
+            if len(found) >= MOST_MIXED or (not found and number == MOST_IN_VAIN):
+                break
+            first, last = chains[one], chains[other]
+            for split in range(1, len(last)):
+                begin = first[:split]
+                chain = begin + last[split:]
+                goes = [1 for index in begin if self._actions[index][5] in self.roaming]
+                if goes and self._meets(wishes, chain):
+                    found.append(chain)
         return found
+
+    def _meets(self, wishes: list, chain: tuple) -> bool:
+        """Whether a chain can be done, and meets wishes."""
+        variables = self._variables(wishes, chain)
+        entry = {variable: number for number, variable in enumerate(variables)}
+        state = tuple([self._initial[one] for one in variables])
+        for index in chain:
+            after = self._do(index, state, entry)
+            if after is None:
+                return False
+            state = after[0]
+        return not [1 for variable, value in wishes if state[entry[variable]] != value]
 
     def _helpful(self, wishes: list) -> list:
         """Returns the actions that may be needed for values that there are not yet."""
@@ -105,14 +154,7 @@ class Chains:
 
     def _quickest(self, wishes: list, actions: list) -> tuple:
         """Returns the quickest sequence of some actions, empty if there is none."""
-        used = {variable for variable, _ in wishes}
-        for index in actions:
-            needs, others, effects, _, _, _ = self._actions[index]
-            used.update([variable for variable, _ in needs + others])
-            for conditions, variable, _ in effects:
-                used.add(variable)
-                used.update([one for one, _ in conditions])
-        variables = sorted(used)
+        variables = self._variables(wishes, actions)
         entry = {variable: number for number, variable in enumerate(variables)}
         goal = [(entry[variable], value) for variable, value in wishes]
         queue: list = [(0, 0, tuple([self._initial[one] for one in variables]), ())]
@@ -132,6 +174,17 @@ class Chains:
                     following, lasts = after
                     heappush(queue, (seconds + lasts, count, following, (*chain, index)))
         return ()
+
+    def _variables(self, wishes: list, actions) -> list:
+        """Returns the variables of wishes, and those that actions need and change."""
+        used = {variable for variable, _ in wishes}
+        for index in actions:
+            needs, others, effects, _, _, _ = self._actions[index]
+            used.update([variable for variable, _ in needs + others])
+            for conditions, variable, _ in effects:
+                used.add(variable)
+                used.update([one for one, _ in conditions])
+        return sorted(used)
 
     def _do(self, index: int, state: tuple, entry: dict):
         """Returns the state after an action and the ways to it, and how long they take, or None."""

@@ -22,7 +22,6 @@ plans, but does not change it.
 
 from array import array
 
-from rosoclingo.engine.insertion import inserter_of
 from rosoclingo.engine.regression import Regression, find_bases
 from rosoclingo.engine.scheduling import Scheduler
 from rosoclingo.engine.search import OutOfTimeError, Search
@@ -67,7 +66,7 @@ class Improver:
             search: A search of the task that is not used any more, as it takes time to make one.
             standing: The plan that stands, of which better ones keep what is begun; None if nothing
                 is, see :class:`~rosoclingo.engine.standing.Standing`.
-            inserter: An :class:`~rosoclingo.engine.insertion.Inserter`.
+            inserter: An :class:`~rosoclingo.engine.insertion.Inserter`; None if there is none.
         """
         self._standing = standing
         self._first_value: tuple = ()
@@ -89,7 +88,7 @@ class Improver:
         self._costs = [action[4] for action in actions]
         self._durations = task[9] or self._costs
         self._scheduler = Scheduler(task, self._table) if task[9] else None
-        self._inserter = inserter or inserter_of(task)
+        self._inserter = inserter
         self._inserted = 0 if self._inserter is None else self._inserter.evaluations
         self._keeps = {(variable, value): seconds for variable, value, seconds in task[12]}
         self._lags = {(variable, value): seconds for variable, value, seconds in task[11]}
@@ -153,7 +152,8 @@ class Improver:
         inserter = self._inserter
         if inserter is None:
             return
-        is_known = inserter.best is not None and inserter.best.value <= self._value
+        size = len(self._value)  # without seconds, excess and lateness do not count
+        is_known = inserter.best is not None and inserter.best.value[-size:] <= self._value
         if not is_known and not inserter.begin_with(self._plan):
             return
         enough = INSERTION_SHARE * self._search.evaluations + FIRST_INSERTIONS

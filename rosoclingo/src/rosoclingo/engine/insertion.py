@@ -15,6 +15,7 @@ from array import array
 import cython
 
 from rosoclingo.engine.chains import Chains
+from rosoclingo.engine.kinds import MAKESPAN
 from rosoclingo.engine.scheduling import Scheduler
 from rosoclingo.engine.timing import Timetable
 
@@ -25,6 +26,7 @@ MOST_TRIED = 10  # places for a chain that are valid
 MOST_LOOKED_AT = 45  # with those that are not
 MOST_FILLS = 8  # for one chain
 FILL_PLACES = 4
+MORE_EARLY = 2  # places for what another actuator does first, if it goes somewhere for that
 FILL = -1  # instead of the request for which an action is
 MOST_DISTANCE = 200  # seconds, between related requests
 ITEMS_PER_EVALUATION = 120  # which take about as long
@@ -63,10 +65,15 @@ def inserter_of(task: tuple):
     Args:
         task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
     """
-    if not task[9] or task[6] or not task[4]:
+    if task[6] or not task[4]:
         return None
-    inserter = Inserter(task, Timetable(task, {}))
-    return inserter if inserter.requests and inserter.has_chains else None
+    if not task[9]:  # an action lasts as long as it costs
+        task = (*task[:9], [action[4] for action in task[5]], *task[10:13], (MAKESPAN, 0))
+    chains = Chains(task)
+    if not chains.are_complete:
+        return None
+    inserter = Inserter(task, Timetable(task, {}), chains)
+    return inserter if inserter.requests else None
 
 
 @cython.cclass
@@ -96,16 +103,17 @@ class Inserter:
     rounds_in_vain: cython.int
     items_per_evaluation: cython.int
 
-    def __init__(self, task: tuple, table) -> None:
-        """Finds the chains of requests.
+    def __init__(self, task: tuple, table, chains) -> None:
+        """Prepares the search.
 
         Args:
             task: A :class:`~rosoclingo.engine.flat.FlatTask` that counts seconds and has no derived
                 variables, or a tuple like it.
             table: Its :class:`~rosoclingo.engine.timing.Timetable`.
+            chains: Those of its requests, :class:`~rosoclingo.engine.chains.Chains`.
         """
         self.scheduler = Scheduler(task, table)
-        self.chains = Chains(task)
+        self.chains = chains
         self.actions = task[5]
         self.domains = task[0]
         self.durations = task[9]
@@ -140,11 +148,6 @@ class Inserter:
     def is_stuck(self) -> bool:
         """Whether so many rounds have found nothing better that others hardly will."""
         return self.rounds_in_vain > ROUNDS_PER_PAIR * len(self.requests) ** 2
-
-    @property
-    def has_chains(self) -> bool:
-        """Whether each request has a chain."""
-        return not [1 for request in self.requests if not self.chains.of_requests[request]]
 
     def draw(self, size: int) -> int:
         """Draws a number from 0 to one less than a size."""
@@ -296,9 +299,9 @@ class Inserter:
         if request not in self.places_of:
             found: dict = {}
             for chain in self.chains.of_requests[request]:
-                variable, _, spots = self.shape(chain)
+                variable, _, spots, _ = self.shape(chain)
                 if variable >= 0:
-                    found[variable] = [spot[0] for spot in spots if spot[0] >= 0]
+                    found.setdefault(variable, [spot[0] for spot in spots if spot[0] >= 0])
             self.places_of[request] = found
         return self.places_of[request]
 
@@ -306,19 +309,21 @@ class Inserter:
         """Returns how a chain goes on the map.
 
         Returns:
-            The variable for where its actuator is, -1 for none; how many of its first actions other
-            actuators do; and of each other one, where it begins and ends, -1 if that is anywhere.
+            The variable for where its last actuator is, -1 for none; how many of its first actions
+            other actuators do; of each other one, where it begins and ends, -1 if that is anywhere;
+            and whether one of the others goes somewhere, too.
         """
         if chain in self.shapes:
             return self.shapes[chain]
         roaming = self.chains.roaming
         mains = [self.actions[one][5] for one in chain if self.actions[one][5] in roaming]
-        variable = roaming[mains[0]] if mains else -1
+        main = mains[len(mains) - 1] if mains else -1
+        variable = roaming[main] if mains else -1
         first = 0
-        while first < len(chain) - 1 and self.actions[chain[first]][5] not in roaming:
+        while first < len(chain) - 1 and self.actions[chain[first]][5] != main:
             first += 1
         spots = [self.spot(index, variable) for index in chain[first:]]
-        found = variable, first, spots
+        found = variable, first, spots, len(set(mains)) > 1
         self.shapes[chain] = found
         return found
 
@@ -334,7 +339,11 @@ class Inserter:
         """Inserts the best chain of a request at its best place; returns whether there is one."""
         options: list = []
         order = array("i", [*solution.order, 0])
-        for chain in self.chains.of_requests[request]:
+        chains = self.chains.of_requests[request]
+        plain = [chain for chain in chains if not self.shape(chain)[3]]
+        if len(plain) < len(chains) and self.draw(2):
+            chains = plain
+        for chain in chains:
             self.find_places(order, chain, options)
         options.sort()
         best = Solution(solution.order, solution.owners)
@@ -346,7 +355,7 @@ class Inserter:
                 if tried == MOST_TRIED:
                     break
         size = len(solution.order)
-        for chain in self.chains.of_requests[request]:
+        for chain in chains:
             self.try_places(solution, best, request, (size, size, chain, len(chain)))
         if best.score < 0:
             return False
@@ -362,7 +371,7 @@ class Inserter:
             options: Gets the places, as the detour, a number, the position of the first action and
                 that of the last ones, the chain, and how many of its actions are first ones.
         """
-        variable, prefix, spots = self.shape(chain)
+        variable, prefix, spots, _ = self.shape(chain)
         length = len(order) - 1
         if variable < 0:
             for place in (0, length // 2, self.draw(length + 1), length):
@@ -473,10 +482,12 @@ class Inserter:
         """Tries a place for a chain; returns whether it is possible."""
         first, last, chain, split = place
         order, owners = solution.order, solution.owners
-        _, prefix, _ = self.shape(chain)
+        _, prefix, _, is_mixed = self.shape(chain)
         early = [first]
         if prefix:
             early.append(self.draw(2) * self.draw(first + 1))
+        if is_mixed:
+            early += [self.draw(first + 1) for _ in range(MORE_EARLY)]
         found = False
         for begin in dict.fromkeys(early):
             new_order = [

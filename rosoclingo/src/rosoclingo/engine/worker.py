@@ -79,13 +79,15 @@ def search(task: tuple, options: dict, parent: int) -> str:
 
     try:
         plan, most = options["plan"], options["improve_evaluations"]
-        first = inserter = None
+        first = None
+        inserter = inserter_of(task)
         if plan is None:
-            inserter = inserter_of(task)
             plan = inserter and inserter.first(Limit(parent, options["seconds"]))
             if plan is not None:
                 write(plan)
-                most = options["moment"] if most is None else most
+                if most is None:
+                    moment = options["moment"]
+                    most = moment if task[9] else min(moment, inserter.evaluations)
         if plan is None:
             first = Search(task, Limit(parent, options["seconds"]))
             plan, is_whole = first.find_soon(options["moment"])
