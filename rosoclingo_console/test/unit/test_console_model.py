@@ -77,13 +77,15 @@ def test_a_goal_from_its_arrival_to_its_end(run: Run) -> None:
     assert (run.row("run", "run")["open"], run.row("run", "run")["waiting"]) == (1, 1)
 
     run.hear(journal.StatusSet("g", Status.ACCEPTED, "1"))
-    run.model.set_plan(1, 9, ["do(robot,go(2),1)", "expected(1,42)"])
+    timed = "timed(do(robot,go(2),1),30,42)"
+    run.model.set_plan(1, 9, ["do(robot,go(2),1)", "expected(1,42)", "due(1,40)", timed])
     run.model.tell_goal("g", "expected in 5 s")
     run.model.tell_goal("g", "late by 3 s")
     run.model.tell_goal("g", "why: a way is blocked")
     run.model.tell_goal("g", "step 1 of 9")
     goal = run.row("goals", "g")
-    assert (goal["slot"], goal["place"], goal["expected"]) == ("1", 0, 42.0)
+    assert (goal["slot"], goal["place"], goal["expected"], goal["due"]) == ("1", 0, 42.0, 40.0)
+    assert run.row("plan", "plan")["times"] == [["robot", "go(2)", 30.0, 42.0]]
     assert (goal["why"], goal["late"], goal["line"]) == ("a way is blocked", "3 s", "step 1 of 9")
     run.model.tell_goal("g", "plan 4 steps")
     assert run.row("goals", "g")["why"] == ""

@@ -186,7 +186,11 @@ class ActuatorTable:
                     state = "done"
             rows.append([step, actuator, action, state])
         more = max(0, len(self.plan.actions) - most)
-        return {"step": self.plan.step, "horizon": self.plan.horizon, "actions": rows, "more": more}
+        times = [[one.actuator, one.name, one.begins, one.ends] for one in self.plan.times.actions]
+        return {
+            "step": self.plan.step, "horizon": self.plan.horizon, "actions": rows, "more": more,
+            "times": times[:most],
+        }  # fmt: skip
 
     def rows(self, searching: bool) -> Dict[str, Row]:
         """Returns a row for each actuator that is known.

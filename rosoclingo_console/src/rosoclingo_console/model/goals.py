@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
+from rosoclingo.drawing.plan_times import PlanTimes
 from rosoclingo.loop.journal import GoalArrived, Status, StatusSet
 from rosoclingo_console.model.board import Row
 
@@ -164,15 +165,15 @@ class GoalTable:
             text = f"queued, place {goal.place}"
         return GoalFate(goal.status, text, goal.canceling)
 
-    def rows(self, expected: Mapping[str, float]) -> Dict[str, Row]:
+    def rows(self, times: PlanTimes) -> Dict[str, Row]:
         """Returns the goals that are shown: all with a slot, the first that wait, the last ended.
 
         Args:
-            expected: When goals will be served, in seconds of ROS's time, by their slots.
+            times: When goals will be served and are due.
         """
         waiting = [key for key, goal in self._goals.items() if not goal.slot and not goal.ended]
         hidden = set(islice(waiting, _MOST_WAITING, None))
-        return {key: _row(goal, expected) for key, goal in self._goals.items() if key not in hidden}
+        return {key: _row(goal, times) for key, goal in self._goals.items() if key not in hidden}
 
     def _goal(self, identifier: str) -> GoalRow:
         if identifier not in self._goals:
@@ -181,9 +182,10 @@ class GoalTable:
         return self._goals[identifier]
 
 
-def _row(goal: GoalRow, expected: Mapping[str, float]) -> Row:
+def _row(goal: GoalRow, times: PlanTimes) -> Row:
     row: Dict[str, Any] = dict(vars(goal))
     row["status"] = goal.status.value
     row["information"] = list(goal.information)
-    row["expected"] = expected.get(goal.slot) if goal.ended is None else None
+    row["expected"] = times.expected.get(goal.slot) if goal.ended is None else None
+    row["due"] = times.due.get(goal.slot) if goal.ended is None else None
     return row

@@ -238,7 +238,7 @@ class SystemModel:
     def _update(self) -> None:
         actuators, goals = self.actuators, self.goals
         self._board.replace("run", {"run": self._run()})
-        self._board.replace("goals", goals.rows(actuators.plan.expected))
+        self._board.replace("goals", goals.rows(actuators.plan.times))
         self._board.replace("actuators", actuators.rows(self._works))
         self._board.replace("plan", {"plan": actuators.planned(_MOST_PLANNED)})
         self._board.replace("bars", actuators.bars())

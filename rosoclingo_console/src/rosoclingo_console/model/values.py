@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import Mapping, NamedTuple, Sequence, Tuple
+from typing import NamedTuple, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
+from rosoclingo.drawing.plan_times import PlanTimes
 
-_DO, _EXPECTED = "do", "expected"
+_DO = "do"
 
 
 class PlannedAction(NamedTuple):
@@ -31,18 +32,18 @@ class PlanAhead:
         step: The current step.
         horizon: The last step.
         actions: From the current step on, ordered by step.
-        expected: When goals will be served, in seconds of ROS's time, by their slots.
+        times: When goals will be served and are due, and when actions begin and end.
     """
 
     step: int = 0
     horizon: int = 0
     actions: Tuple[PlannedAction, ...] = ()
-    expected: Mapping[str, float] = field(default_factory=dict)
+    times: PlanTimes = field(default_factory=PlanTimes)
 
     @classmethod
     def read(cls, step: int, horizon: int, atoms: Sequence[str]) -> PlanAhead:
-        """Reads ``do(Actuator,Action,Step)`` and ``expected(Slot,Second)``; skips all else."""
-        actions, expected = [], {}
+        """Reads ``do(Actuator,Action,Step)`` and the terms about times; skips all else."""
+        actions = []
         for atom in atoms:
             name, arguments = split_term(atom)
             last = number(arguments[-1]) if arguments else None
@@ -50,9 +51,8 @@ class PlanAhead:
                 continue
             if name == _DO and len(arguments) == 3:
                 actions.append(PlannedAction(last, arguments[0], arguments[1]))
-            elif name == _EXPECTED and len(arguments) == 2:
-                expected[arguments[0]] = float(last)
-        return cls(step, horizon, tuple(sorted(actions, key=lambda one: one.step)), expected)
+        ordered = tuple(sorted(actions, key=lambda one: one.step))
+        return cls(step, horizon, ordered, PlanTimes.read(atoms))
 
 
 class TokenRow(NamedTuple):

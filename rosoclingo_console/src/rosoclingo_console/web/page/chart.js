@@ -3,11 +3,12 @@
 import { byId, make } from "./elements.js";
 import { drawLanes, sample } from "./lanes.js";
 import { chosen, now, rowsOf, state, watch } from "./store.js";
-import { byName, clock } from "./words.js";
+import { byName, clock, lasted } from "./words.js";
 
 const LANE = 30; // pixels
 const LABELS = 170; // pixels of the names of actuators, at most
 const AHEAD = 0.4; // of the width, for what is planned
+const MOST_GOALS = 12; // that have a lane
 const SLOWEST = 250; // ms between two drawings
 
 const LEGEND = {
@@ -15,14 +16,44 @@ const LEGEND = {
   failure: "failed",
   other: "another answer, or none",
   open: "under way",
-  planned: "planned, as long as such actions take in the mean",
+  planned: "planned, as long as the plan says, or else such actions take in the mean",
+  late: "after the deadline",
   hold: "paused or on hold",
   approval: "waits for an approval",
 };
 byId("legend").append(...Object.entries(LEGEND).map(([kind, text]) => make("span", {}, sample(kind), text)));
 
+/** How many seconds later the clock of the page is than ROS's. */
+const ahead = () => (state.beat ? state.beat.now - state.beat.ros : 0);
+
+/** What is planned and under way from now on, by the times of the plan. */
+function timed(times, at) {
+  const found = times.map(([actuator, action, begins, ends]) => ({
+    actuator,
+    action,
+    from: Math.max(at, begins + ahead()),
+    to: ends + ahead(),
+    kind: "planned",
+  }));
+  return found.filter(({ from, to }) => from < to);
+}
+
+/** The lanes of the first open goals of which it is known when they are expected; with deadlines. */
+function goalsOf(system, at) {
+  const goals = [...rowsOf(system, "goals").values()].filter((goal) => goal.expected !== null && goal.ended === null);
+  return goals.sort((a, b) => a.number - b.number).slice(0, MOST_GOALS).map((goal) => {
+    const due = goal.due === null ? null : goal.due + ahead(),
+      to = Math.max(at, goal.expected + ahead()),
+      late = due === null || to - due < 1 ? "in time" : `late by ${lasted(to - due)}`;
+    const bar = { from: goal.came ?? at, to, due, kind: "open", text: due === null ? "" : late, notes: [[due, "⚑"]] };
+    return { name: goal.request, bars: [bar], tell: () => `${goal.request}${due === null ? "" : `: ${late}`}` };
+  });
+}
+
 /** Where the planned actions of each actuator will be, if they take as long as others have. */
 function outlook(system, at) {
+  const times = rowsOf(system, "plan").get("plan")?.times;
+  if (times?.length) return timed(times, at);
   const means = rowsOf(system, "means");
   const mean = (name) => means.get(name)?.seconds ?? means.get("")?.seconds ?? 5;
   const free = new Map();
@@ -63,7 +94,7 @@ function lanesOf(system, names, at) {
     lanes.get(bar.actuator)?.bars.push({ ...bar, text: bar.action });
   }
   for (const { bars } of lanes.values()) bars.sort((a, b) => a.from - b.from);
-  return [...lanes.values(), ...holdsOf(system, at)];
+  return [...lanes.values(), ...goalsOf(system, at), ...holdsOf(system, at)];
 }
 
 /** The lane of what an operator held; none if that was nothing. */
@@ -78,7 +109,7 @@ function holdsOf(system, at) {
   return bars.length ? [{ name: "operator", bars, tell: (bar) => bar.text }] : [];
 }
 
-const TABLES = ["actuators", "bars", "holds", "means", "plan"];
+const TABLES = ["actuators", "bars", "goals", "holds", "means", "plan"];
 
 let drawnAt = 0,
   drawn = { what: "", at: 0 };
