@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -82,7 +83,8 @@ def goals(system: Flooded) -> None:
 
 
 def answers(system: Flooded) -> None:
-    system.tell("robot", "failure" if system.looks % 2 else "success")
+    # At random: in turn, each answer that counts could be a failure.
+    system.tell("robot", random.Random(system.looks).choice(("failure", "success")))
 
 
 class Slow(Forwarding):
