@@ -213,7 +213,7 @@ def test_what_puts_a_request_out_of_reach_is_not_begun() -> None:
         free = ['task_wish(3,"|",hands,"|",free)']  # so that to put it somewhere else may help
         task = reader.read([*now, *wishes, *free], followed, 3)
         assert "put" in [action.name for action in task.actions]
-        # To put the box at a can be planned, though nobody can take it from there.
+        # The box can be put at a, and no action takes it from there.
         assert [task.actions[number].name for number in begun_plan(task)] == names
 
 

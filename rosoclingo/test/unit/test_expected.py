@@ -11,7 +11,8 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo.loop.values.arrivals import ExpectedArrival
+from rosoclingo.loop.values.arrivals import SaidTime
+from rosoclingo.loop.words import EXPECTED
 
 TIMES = """
 #program state(t).
@@ -48,7 +49,9 @@ class Run(DeskSimulation):
     def show_plan(self, *shown: Any) -> None:
         assert shown != self._message  # what is said again is not published
         self._message = shown
-        said = tuple(str(one) for one in shown[-1] if isinstance(one, ExpectedArrival))
+        said = tuple(
+            str(one) for one in shown[-1] if isinstance(one, SaidTime) and one.word == EXPECTED
+        )
         if not self.shown or self.shown[-1] != said:
             self.shown.append(said)
 

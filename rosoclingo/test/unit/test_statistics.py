@@ -8,7 +8,7 @@ from journals import Journal, long_journal
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.run import Statistics
 from rosoclingo.bags.report.statistics import compute
-from rosoclingo.drawing.plan_times import PlanTimes
+from rosoclingo.loop.values.plan_times import PlanTimes
 
 
 def kinds(run: Statistics) -> List[List[Tuple[str, str]]]:

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import Mapping, Optional, Tuple
 
 from rosoclingo.drawing.holds import HoldHistory, HoldSpan, OperatorDecisions
-from rosoclingo.drawing.plan_times import PlanTimes
 from rosoclingo.launched.about import SOLVER_NODE, Launched
 from rosoclingo.loop.journal import Entry
+from rosoclingo.loop.values.plan_times import PlanTimes
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class Recording:
         held: The messages of ``~held``, in order, each with when it was recorded, in seconds since
             the recording began; empty in a bag from before that was recorded.
         feedback: Goals' feedback, in order; empty if it was not to be read.
-        plan_times: The times that ``~plan`` has said, in order, each with when it was recorded,
-            likewise.
+        plan_times: The times that ``~plan`` has said, in order, each with when it was recorded, in
+            seconds since the recording began.
     """
 
     name: str

@@ -19,12 +19,12 @@ from rosclingo.errors import RosclingoError
 from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import AFTER, IN, STEP, Input
 from rosoclingo.desk.system import System
-from rosoclingo.drawing.plan_times import PlanTimes
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.arrivals import PlanTime
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.ids import CANCEL, GOAL
+from rosoclingo.loop.values.plan_times import PlanTimes
 from rosoclingo.loop.waiting import LOOK_SECONDS
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 from rosoclingo.why.situation import Situation

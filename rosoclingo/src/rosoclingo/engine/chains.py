@@ -121,7 +121,7 @@ class Chains:
         return found
 
     def _meets(self, wishes: list, chain: tuple) -> bool:
-        """Whether a chain can be done, and meets wishes."""
+        """Tells if a chain is possible from the initial state and meets wishes."""
         variables = self._variables(wishes, chain)
         entry = {variable: number for number, variable in enumerate(variables)}
         state = tuple([self._initial[one] for one in variables])

@@ -24,10 +24,10 @@ PASSED, INTERRUPTED = "passed", "interrupted"
 """What the loop says of a step: that it has gone by, or has ended before anybody has answered."""
 
 CLOCK = "clock"
-"""What the loop says of the time: ``clock(N)``, N whole seconds after it was said first."""
+"""The event that tells the time: ``clock(N)``, N whole seconds after the first reading."""
 
 TRIES = "tries"
-"""What the loop says of an answer: ``tries(R,C)``, that R has tried its action C times."""
+"""The event that counts tries: ``tries(R,C)``, R answers after it has tried C times."""
 
 INFO = "info"
 """The id of what nobody has to answer for: an observation, or what the loop itself says."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
-from rosoclingo.drawing.plan_times import PlanTimes
 from rosoclingo.loop.journal import GoalArrived, Status, StatusSet
+from rosoclingo.loop.values.plan_times import PlanTimes
 from rosoclingo_console.model.board import Row
 
 _MOST_WAITING = 200  # goals without a slot that are shown

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
-from rosoclingo.drawing.plan_times import PlanTimes
+from rosoclingo.loop.values.plan_times import PlanTimes
 
 _DO = "do"
 

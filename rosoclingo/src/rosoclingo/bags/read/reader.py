@@ -14,10 +14,10 @@ from rosoclingo.bags.read.without_journal import TOPICS, Historian, TopicMessage
 from rosoclingo.bags.topics import LOOP_TYPES, owner
 from rosoclingo.bags.wire import Message, PublisherConnection
 from rosoclingo.drawing.holds import OperatorDecisions
-from rosoclingo.drawing.plan_times import PlanTimes
 from rosoclingo.errors import BagError, LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import Entry, NodeResumed, decode
+from rosoclingo.loop.values.plan_times import PlanTimes
 
 _OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosoclingo/")}
 _RUNS = ("journal", "goal", "in", "out")  # topics of which one at least shows that there is a run

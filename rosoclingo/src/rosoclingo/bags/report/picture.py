@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import statistics as mean
 from pathlib import Path
+from statistics import median
 from typing import Any, Dict, List, Optional, Sequence
 
 from matplotlib.artist import Artist
@@ -36,7 +36,7 @@ _THICK = 11.0  # bars and marks, in points
 _LEAST = 1 / 700  # of the time: a mark, so that it can be seen
 _MARGIN = 0.01  # of the time, behind what is planned
 _BELOW = 0.1  # the legend, as a part of the height of the axes
-_LEGEND = 0.5  # likewise in inches
+_LEGEND = 0.5  # inches, for that of a plan
 _MARK = {"linestyle": "none", "color": "#1d2733", "zorder": 3}
 _DUE: Dict[str, Any] = {**_MARK, "marker": "|", "markersize": 16, "markeredgewidth": 2.5}
 _EXPECTED: Dict[str, Any] = {**_MARK, "marker": "D", "markersize": 5}
@@ -88,7 +88,7 @@ def draw_gantt(run: Statistics, title: str, file: Path) -> None:
     actions = [one for one in (*run.actions, *run.planned) if one.ended is not None]
     lengths = [one.ended - one.began for one in actions if one.ended is not None]
     longest = max((len(one.name) for one in actions), default=0) + 2
-    lasts = mean.median(lengths) if lengths else 0.0
+    lasts = median(lengths) if lengths else 0.0
     room = longest * _LETTER * (run.until - run.began) / lasts if lasts else _WIDTH
     height = len(drawn) * _ROW
     figure = Figure(figsize=(min(max(_WIDTH, room), _MOST_WIDTH), height + 2), layout="constrained")

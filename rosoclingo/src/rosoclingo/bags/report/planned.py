@@ -1,4 +1,4 @@
-"""What ``~plan`` has said about times: deadlines of goals, and the plan that stands at the end.
+"""Deadlines of goals and the last plan in a report, from the times in ``~plan``.
 
 ``~plan`` counts in ROS's time, which may go faster or slower than the recording's.
 """
@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Dict, List, Sequence, Tuple
 
 from rosoclingo.bags.report.run import PLANNED, ActionRun, GoalRun
-from rosoclingo.drawing.plan_times import PlanTimes, TimedPlans
+from rosoclingo.loop.values.plan_times import PlanTimes, TimedPlans
 
 _LEAST_SECONDS = 10.0  # of ROS's time, from which its speed follows
 _SAME = 0.05  # so much may a speed differ from 1 because times are said in whole seconds

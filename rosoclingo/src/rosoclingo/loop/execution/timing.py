@@ -12,11 +12,9 @@ from rosoclingo.loop.execution.progress import Progress
 from rosoclingo.loop.journal import ActionTook, ClockRead, Event
 from rosoclingo.loop.planner.externals import PlannerExternals
 from rosoclingo.loop.values.arrivals import (
-    CurrentTime,
-    DueTime,
-    ExpectedArrival,
     PlannedSpan,
     PlanTime,
+    SaidTime,
     arrival_lines,
     expected_arrivals,
     planned_spans,
@@ -26,7 +24,7 @@ from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goals
 from rosoclingo.loop.values.recorded import Recorded, reading
-from rosoclingo.loop.words import CLOCK, EXPECTED, INFO, SUCCESS
+from rosoclingo.loop.words import CLOCK, DUE, EXPECTED, INFO, NOW, SUCCESS
 
 _MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
 _MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
@@ -137,9 +135,9 @@ class Timing:
         for goal in self.goals.open if self.progress.shows_plan else ():
             slot = goal.slot or ""
             if goal.expected is not None:
-                times.append(ExpectedArrival(slot, goal.expected))
+                times.append(SaidTime(EXPECTED, goal.expected, slot))
             if slot in limits:
-                times.append(DueTime(slot, goal.came + limits[slot]))
+                times.append(SaidTime(DUE, goal.came + limits[slot], slot))
         return tuple(times)
 
     def plan_times(self, goal_times: Sequence[PlanTime]) -> Tuple[PlanTime, ...]:
@@ -150,7 +148,7 @@ class Timing:
         """
         now = self.environment.world_now()
         times = (*goal_times, *self._spans(now))
-        return (*times, CurrentTime(now)) if times else ()
+        return (*times, SaidTime(NOW, now)) if times else ()
 
     def correct(self) -> bool:
         """Tells clients while actions go on that should have ended.

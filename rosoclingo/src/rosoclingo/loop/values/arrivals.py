@@ -32,39 +32,26 @@ from typing import Container, Dict, List, Optional, Sequence, Tuple, Union
 
 from rosoclingo.loop.values.atoms import Action, Plan
 from rosoclingo.loop.values.execution import Execution
-from rosoclingo.loop.words import DUE, EXPECTED, NOW, TIMED
+from rosoclingo.loop.words import EXPECTED, TIMED
 
 
 @dataclass(frozen=True)
-class ExpectedArrival:
-    """The time at which a goal is expected to be served.
+class SaidTime:
+    """A time in ``~plan``: when a goal is expected to be served or is due, or the current time.
 
     Attributes:
-        slot: The planner's id for the goal.
-        time: When, in seconds of world time.
+        word: Which one: ``EXPECTED``, ``DUE`` or ``NOW``.
+        time: In seconds of world time.
+        slot: The planner's id for the goal, if it is about one.
     """
 
-    slot: str
+    word: str
     time: float
+    slot: str = ""
 
     def __str__(self) -> str:
-        return f"{EXPECTED}({self.slot},{round(self.time)})"
-
-
-@dataclass(frozen=True)
-class DueTime:
-    """The deadline of a goal.
-
-    Attributes:
-        slot: The planner's id for the goal.
-        time: When it is due, in seconds of world time.
-    """
-
-    slot: str
-    time: float
-
-    def __str__(self) -> str:
-        return f"{DUE}({self.slot},{round(self.time)})"
+        arguments = [self.slot] if self.slot else []
+        return f"{self.word}({','.join([*arguments, str(round(self.time))])})"
 
 
 @dataclass(frozen=True)
@@ -77,7 +64,7 @@ class PlannedSpan:
         first: Its first step, from the current one on.
         last: Its last step.
         begins: When it begins or has begun, in seconds of world time.
-        ends: When it is expected to end, likewise.
+        ends: When it is expected to end, in seconds of world time.
     """
 
     actuator: str
@@ -92,22 +79,8 @@ class PlannedSpan:
         return f"{TIMED}({action},{round(self.begins)},{round(self.ends)})"
 
 
-@dataclass(frozen=True)
-class CurrentTime:
-    """The time when other times are said.
-
-    Attributes:
-        time: In seconds of world time.
-    """
-
-    time: float
-
-    def __str__(self) -> str:
-        return f"{NOW}({round(self.time)})"
-
-
-PlanTime = Union[ExpectedArrival, DueTime, PlannedSpan, CurrentTime]
-"""What ``~plan`` says about times."""
+PlanTime = Union[SaidTime, PlannedSpan]
+"""A term about times in ``~plan``."""
 
 
 def planned_spans(

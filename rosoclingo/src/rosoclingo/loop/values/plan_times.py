@@ -43,7 +43,7 @@ class PlanTimes:
         now: When they were said; None if the plan says no times, or in a bag of an older version.
         actions: The actions whose duration is known.
         expected: When goals will be served, by their slots.
-        due: When goals are due, likewise.
+        due: When goals are due, by their slots.
     """
 
     now: Optional[float] = None
