@@ -14,12 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
-from mailbot import ROOT
-from time_tasks import Act
+from time_tasks import Act, write_task
 
 PREFERENCES = ("waits", "makespan", "cost")
 MOST_ORDERS = 60_000  # of a task
-_LIBRARY = ROOT / "rosoclingo_aspprograms" / "lib" / "actions.lp"
 _ENCODING = """
 moves(R) :- robot(R).
 actuator(C) :- cook(C).
@@ -180,9 +178,7 @@ class SmallTask:
 
     def write(self, folder: Path) -> List[str]:
         """Writes the encoding into a folder, and returns the planner's files."""
-        file = folder / f"{self.name}.lp"
-        file.write_text("\n".join(["#program base.", *self._facts(), _ENCODING]))
-        return [str(_LIBRARY), str(file)]
+        return write_task(folder, self.name, self._facts(), _ENCODING)
 
     def _facts(self) -> Iterator[str]:
         yield "#defined due_in/2. #defined ready_after/2. #defined fresh/2. #defined carried/2."

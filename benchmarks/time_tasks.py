@@ -55,6 +55,13 @@ duration(R,put(I),M,k) :- job(ID,I,k), handling(I,N,M), robot(R).
 """
 
 
+def write_task(folder: Path, name: str, facts: Iterable[str], rules: str) -> List[str]:
+    """Writes an encoding for actions.lp; returns the planner's files."""
+    file = folder / f"{name}.lp"
+    file.write_text("\n".join(["#program base.", *facts, rules]))
+    return [str(_LIBRARY), str(file)]
+
+
 @dataclass
 class Errand:
     """A thing that one robot takes from one place to another.
@@ -104,9 +111,7 @@ class TimeTask:
 
     def write(self, folder: Path) -> List[str]:
         """Writes the encoding into a folder, and returns the planner's files."""
-        file = folder / f"{self.name}.lp"
-        file.write_text("\n".join(["#program base.", *self._facts(), _ENCODING]))
-        return [str(_LIBRARY), str(file)]
+        return write_task(folder, self.name, self._facts(), _ENCODING)
 
     def _facts(self) -> Iterable[str]:
         yield "#defined cooking/2. #defined carried_at_most/2. #defined due_in/2. #defined cook/1."
