@@ -8,7 +8,7 @@ import pytest
 
 from rosoclingo.engine.flattening import flatten
 from rosoclingo.engine.reading import TaskReader, plan_rows
-from rosoclingo.engine.rest import begun_plan, rest_of_plan
+from rosoclingo.engine.rest import begun_of, begun_plan, rest_of_plan
 from rosoclingo.engine.task import Kind, PlanningTask
 from rosoclingo.engine.ways import WayMap
 from rosoclingo.errors import TaskError
@@ -215,6 +215,23 @@ def test_what_puts_a_request_out_of_reach_is_not_begun() -> None:
         assert "put" in [action.name for action in task.actions]
         # The box can be put at a, and no action takes it from there.
         assert [task.actions[number].name for number in begun_plan(task)] == names
+
+
+@pytest.mark.parametrize(("place", "is_held"), [("b", False), ("a", True)])
+def test_what_has_to_ripen_where_the_robot_stands_is_not_begun(place: str, is_held: bool) -> None:
+    """Where it stands it may do something else first; on its way it does not turn back."""
+    followed = ['plan_way(3,"|",r,"|",b,"|",4)', 'plan_act(4,"|",r,take,"|",5)',
+                'plan_way(5,"|",r,"|",a,"|",6)', 'plan_act(6,"|",r,put,"|",7)']  # fmt: skip
+    now = [f'task_is(at(r),"|",{place})', *NOW[1:]]
+    reader = TaskReader()
+    reader.read_facts(SHOP)
+    begun = ["take"] if place == "b" else ["b", "take"]
+    for rows, names in (([], begun), (["task_ripening(box)"], begun if is_held else [])):
+        task = reader.read([*now, *rows], followed, 3)
+        plan = rest_of_plan(task)
+        assert plan is not None
+        assert [task.actions[number].name for number in begun_plan(task)] == names
+        assert [task.actions[one].name for part in begun_of(task, plan) for one in part] == names
 
 
 TAP = [

@@ -113,6 +113,7 @@ class TaskReader:
             min(((int(n), slot) for slot, n in new["overdue"]), default=(0, ""))[1],
             derivation,
             failed,
+            tuple(variable for (variable,) in new["ripening"]),
             times=self._times(new, ages or {}),
         )
 

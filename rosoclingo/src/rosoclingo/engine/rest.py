@@ -43,8 +43,8 @@ def begun_of(task: PlanningTask, plan: List[int]) -> List[List[int]]:
     """Returns what is begun of the plan that stands, for each actuator in order.
 
     That is its next action, with the way to it, if that serves a request. Nothing is that has just
-    failed; nor is anything of a plan that is not executed yet, or if a request has waited too long,
-    which may break it.
+    failed, or that has to wait where the actuator stands already; nor is anything of a plan that is
+    not executed yet, or if a request has waited too long, which may break it.
 
     Args:
         task: The task.
@@ -54,10 +54,12 @@ def begun_of(task: PlanningTask, plan: List[int]) -> List[List[int]]:
     through: Set[str] = set()
     for number in _needed(task, plan, task.execute(plan).met) if _may_hold(task) else ():
         action = task.actions[number]
-        if action.actuator not in through and not _has_failed(task, action.actuator):
-            begun.setdefault(action.actuator, []).append(number)
+        actuator = action.actuator
+        if actuator not in through and not _has_failed(task, actuator):
             if not action.start:
-                through.add(action.actuator)
+                through.add(actuator)
+            if actuator in begun or not _has_to_wait(task, action):
+                begun.setdefault(actuator, []).append(number)
     return [*begun.values()]
 
 
@@ -86,7 +88,10 @@ def _begun_parts(task: PlanningTask) -> Iterator[Tuple[TaskAction, str]]:
         actuator = choices[name].actuator
         if actuator not in through and not _has_failed(task, actuator):
             through.add(actuator)
-            yield choices[name], headed.get(actuator, "")
+            target = headed.get(actuator, "")
+            stands = target in ("", task.state.values.get(f"at({actuator})"))
+            if not (stands and _has_to_wait(task, choices[name])):
+                yield choices[name], target
 
 
 def _append(
@@ -140,6 +145,10 @@ def _is_in_reach(task: PlanningTask, state: TaskState) -> bool:
 
 def _may_hold(task: PlanningTask) -> bool:
     return task.is_begun and task.elder not in task.requests
+
+
+def _has_to_wait(task: PlanningTask, action: TaskAction) -> bool:
+    return any(variable in task.ripening for variable, _ in action.needs)
 
 
 def _has_failed(task: PlanningTask, actuator: str) -> bool:

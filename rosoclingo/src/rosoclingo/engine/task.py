@@ -148,6 +148,7 @@ class PlanningTask:
         elder: The request that has waited longest of those that have waited too long; else empty.
         derivation: The variables whose values follow from those of others.
         failed: The actions that have just failed, each after its actuator and a comma.
+        ripening: Variables that get their value by themselves, only after some time.
         is_begun: Whether what is left of the plan before is being executed.
         times: Its times; None if it does not count seconds, and actions last as long as they cost.
     """
@@ -161,6 +162,7 @@ class PlanningTask:
     elder: str = ""
     derivation: Derivation = UNDERIVED
     failed: Tuple[str, ...] = ()
+    ripening: Tuple[str, ...] = ()
     is_begun: bool = True
     times: Optional[TaskTimes] = None
 
