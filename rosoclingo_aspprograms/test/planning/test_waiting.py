@@ -43,8 +43,19 @@ needs(waiter,serve(ID),table(ID),laid,k) :- asked(ID,dish,k).
 sets(waiter,serve(ID),food(ID),served,k) :- asked(ID,dish,k).
 duration(waiter,serve(ID),5,k) :- asked(ID,dish,k).
 """
+WASHES = """
+#program base.
+initially(hands,clean).
+says(spilt,hands,dirty).
+action(waiter,wash).
+sets(waiter,wash,hands,clean).
+duration(waiter,wash,60).
+
+#program present(k,t).
+needs(waiter,serve(ID),hands,clean,k) :- asked(ID,dish,k).
+"""
 COOKS_BY_ITSELF = "ready(food(ID),hot,40,k) :- asked(ID,dish,k)."
-SECONDS = {"lay": 100.0, "fry": 10.0, "serve": 5.0, "look": 30.0}
+SECONDS = {"lay": 100.0, "fry": 10.0, "serve": 5.0, "look": 30.0, "wash": 60.0}
 
 
 class Kitchen(DeskSimulation):
@@ -123,3 +134,15 @@ def test_a_waiter_who_is_late_lets_the_cook_act_after_the_expected_time(tmp_path
     assert kitchen.ends == ["succeeded"]
     assert 70 <= kitchen.began["fry"] < 72
     assert kitchen.began["serve"] == 200
+
+
+def test_what_is_under_way_does_not_wait(tmp_path: Path) -> None:
+    """The dish is fried already when the waiter has to wash first, so it gets cold."""
+    kitchen = Kitchen(DYN_RESET, tmp_path, WASHES, dish="0")
+    kitchen.left.append(read_input("info:spilt", "2"))
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded"]
+    assert 70 <= kitchen.began["fry"] < 72
+    assert kitchen.began["wash"] == 100
+    assert kitchen.began["serve"] == 160
+    assert [action for _, action in kitchen.published].count("fry(1)") == 1
