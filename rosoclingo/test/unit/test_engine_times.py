@@ -133,6 +133,43 @@ def test_what_cannot_begin_later_is_kept_for_too_long() -> None:
     """The dish has been taken already."""
     task = cold(10)._replace(initial=[1, 0])
     assert value(task, [1, 2]) == (20, 0, 32, 2)
+    assert value(task._replace(since=[(0, -25)]), [1, 2]) == (45, 0, 32, 2)
+    assert value(task._replace(since=[(0, 15)]), [1, 2]) == (5, 0, 32, 2)
+
+
+def test_times_of_what_is_under_way_are_read() -> None:
+    task = read(
+        'base_duration(r,take,"|",5)', 'task_free(r,"|",7)',
+        'task_since(at(r),"|",7)', 'task_since(box,"|",-3)', 'task_since(box,"|",2)',
+    )  # fmt: skip
+    assert task.times is not None
+    assert task.times.free == {"r": 7}
+    assert task.times.since == {"at(r)": 7, "box": 2}
+    flat = flatten(task)
+    numbers = {f"{one.start}{one.name}": index for index, one in enumerate(task.actions)}
+    plan = [numbers[name] for name in ("ab", "take", "ba", "put")]
+    assert value(flat, plan) == (0, 0, 7 + 7 + 5 + 7 + 1, 16)
+
+
+@pytest.mark.parametrize("busy", [0, 30, 60])
+def test_who_is_busy_for_long_is_not_planned_for(busy: int) -> None:
+    """One robot is near, and busy; the other one needs 40 s to get there."""
+    actions: List[FlatAction] = []
+    durations: List[int] = []
+    for robot in range(2):
+        actions.append(([(robot, 0)], [], [([], robot, 1)], [], 1, robot))
+        actions.append(([(robot, 1)], [], [([], 2, 1)], [], 1, robot))
+        durations += [(10, 50)[robot], 5]
+    task = FlatTask([2] * 3, [0] * 3, [], [], [([(2, 1)], [])], actions, durations=durations,
+                    free=[(0, busy)], since=[(0, busy)])  # fmt: skip
+    inserter = inserter_of(tuple(task))
+    inserted = inserter.first(lambda: False) if inserter else None
+    process = SearchProcess(task, seconds=60, improve_seconds=1, bytes=1 << 31)
+    assert process.wait(60)
+    searched = process.latest()
+    process.close()
+    for plan in (searched, *([] if inserted is None else [inserted])):
+        assert plan == ([2, 3] if busy == 60 else [0, 1])
 
 
 def test_a_value_is_ready_some_time_after_the_action() -> None:

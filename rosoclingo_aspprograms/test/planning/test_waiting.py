@@ -55,7 +55,26 @@ duration(waiter,wash,60).
 needs(waiter,serve(ID),hands,clean,k) :- asked(ID,dish,k).
 """
 COOKS_BY_ITSELF = "ready(food(ID),hot,40,k) :- asked(ID,dish,k)."
-SECONDS = {"lay": 100.0, "fry": 10.0, "serve": 5.0, "look": 30.0, "wash": 60.0}
+# One painter is on the site, and paints the door for 300 s. The other one has 80 s to get there.
+PAINTERS = """
+#program base.
+moves((near;far)).
+request((door;wall)).
+way(street,site).
+way(site,street).
+length(street,site,80).
+initially(at(near),site).
+initially(at(far),street).
+initially((door;wall),bare).
+action((near;far),(paint(door);paint(wall))).
+needs(R,paint(W),at(R),site) :- R = (near;far), W = (door;wall).
+sets(R,paint(W),W,painted) :- R = (near;far), W = (door;wall).
+duration((near;far),paint(door),300).
+duration((near;far),paint(wall),20).
+wants(W,W,painted) :- W = (door;wall).
+"""
+SECONDS = {"lay": 100.0, "fry": 10.0, "serve": 5.0, "look": 30.0, "wash": 60.0, "paint": 300.0,
+           "go": 80.0}  # fmt: skip
 
 
 class Kitchen(DeskSimulation):
@@ -146,3 +165,14 @@ def test_what_is_under_way_does_not_wait(tmp_path: Path) -> None:
     assert kitchen.began["wash"] == 100
     assert kitchen.began["serve"] == 160
     assert [action for _, action in kitchen.published].count("fry(1)") == 1
+
+
+@pytest.mark.parametrize(("seconds", "painter"), [(30.0, "far"), (250.0, "near")])
+def test_who_can_begin_first_acts(seconds: float, painter: str, tmp_path: Path) -> None:
+    """The wall is asked for when one painter is busy for 270 s yet, or for 50 s."""
+    site = Kitchen(DYN_RESET, tmp_path, PAINTERS, door="0", look="0", wall="2")
+    site.lasts["look"] = seconds
+    assert site.run() is None
+    assert site.ends == ["succeeded"] * 3
+    assert (painter, "paint(wall)") in site.published
+    assert ("far", "go(site)") not in site.published or painter == "far"

@@ -61,6 +61,10 @@ class FlatTask(NamedTuple):
         aim: Of a task that counts seconds, what is minimised after lateness, as a constant of
             :mod:`rosoclingo.engine.kinds`; and if it is minimised together with lateness, the value
             of each second or unit of it, else 0.
+        free: Actuators that are busy, each as ``(actor, seconds)`` until it is free.
+        since: Variables that get the value of ``initial`` only later, each as ``(variable,
+            seconds)``, or that have had it for some time, with negative seconds.
+        levels_since: Likewise for numbers.
     """
 
     domains: List[int]
@@ -77,6 +81,9 @@ class FlatTask(NamedTuple):
     ready: List[Tuple[int, int, int]] = []  # noqa: RUF012
     keeps: List[Tuple[int, int, int]] = []  # noqa: RUF012
     aim: Tuple[int, int] = (0, 0)
+    free: List[Tuple[int, int]] = []  # noqa: RUF012
+    since: List[Tuple[int, int]] = []  # noqa: RUF012
+    levels_since: List[Tuple[int, int]] = []  # noqa: RUF012
 
     def evaluations(self, seconds: float) -> int:
         """Returns how many states a search looks at in so many seconds of a processor, about.

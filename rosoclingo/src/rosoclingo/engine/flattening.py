@@ -93,6 +93,17 @@ class _Flattener:
             "due": due,
             "ready": [(*facts[f], n) for f, n in times.ready.items() if f in facts],
             "keeps": [(*facts[f], n) for f, n in times.keeps.items() if f in facts],
+            "free": [(self._actuators[a], n) for a, n in times.free.items()],
+            "since": [
+                (facts.variables[name], seconds)
+                for name, seconds in times.since.items()
+                if name in facts.variables
+            ],
+            "levels_since": [
+                (self._numbers[name], seconds)
+                for name, seconds in times.since.items()
+                if name in self._numbers
+            ],
             "aim": (_AIMS.get(times.prefers, kinds.WAITS), times.together),
         }
 

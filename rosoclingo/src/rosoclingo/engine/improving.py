@@ -255,7 +255,7 @@ class Improver:
         for requests in met[1:]:
             items.append(items[-1] + 1 + len(requests))
         for (variable, value), seconds in self._keeps.items():
-            lag = self._lags.get((variable, value), 0)
+            lag = self._table.starts[2 * variable + 1]
             since = -1 if trace[0][variable] == value else None
             for position, index in enumerate(plan):
                 changed = [
@@ -270,6 +270,7 @@ class Improver:
                 if since is not None:
                     spans.append((since, item, seconds, lag))
                 since = item if trace[position + 1][variable] == value else None
+                lag = self._lags.get((variable, value), 0)
         return spans
 
     def _actor_slots(self, slots) -> list:
@@ -471,7 +472,7 @@ class Improver:
         begin, end = window
         is_shorter, counts_waiting = aim
         table = self._table
-        slots, tails = table.start(), table.start()
+        slots, tails = table.start(), array("q", [0]) * (table.size + 1)
         table.add(self._items(self._plan[:begin], self._met[: begin + 1]), slots)
         table.add_before(self._items(self._plan[end:], [[], *self._met[end + 1 :]]), tails)
         may_act = array("i", [0]) * (table.size + 1)

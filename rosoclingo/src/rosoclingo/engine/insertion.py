@@ -68,7 +68,8 @@ def inserter_of(task: tuple):
     if task[6] or not task[4]:
         return None
     if not task[9]:  # an action lasts as long as it costs
-        task = (*task[:9], [action[4] for action in task[5]], *task[10:13], (MAKESPAN, 0))
+        lasting = [action[4] for action in task[5]]
+        task = (*task[:9], lasting, *task[10:13], (MAKESPAN, 0), *task[14:])
     chains = Chains(task)
     if not chains.are_complete:
         return None

@@ -146,7 +146,11 @@ class TaskReader:
                 keeps[fact] = min(seconds, keeps.get(fact, seconds))
         preferred = min(([*row, "0"] for row in rows["prefers"]), default=["waits", "0"])
         together = max(0, level_of(preferred[1]))
-        return TaskTimes(due, weights, ready, keeps, preferred[0], together)
+        free = {actuator: int(seconds) for actuator, seconds in new["free"]}
+        since: Dict[str, int] = {}
+        for name, seconds in new["since"]:
+            since[name] = max(int(seconds), since.get(name, int(seconds)))
+        return TaskTimes(due, weights, ready, keeps, free, since, preferred[0], together)
 
     def obstacle(self, symbols: Iterable[str], plan: Iterable[str]) -> str:
         """Returns why a plan is not possible for a task; empty if it is.

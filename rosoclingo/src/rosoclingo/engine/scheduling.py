@@ -118,6 +118,7 @@ class Scheduler:
     newly_met: cython.int  # requests that the last action has met
     # The slots of items, see timing.
     slots: cython.int
+    starts: cython.p_longlong
     times: cython.p_longlong
     durations: cython.p_longlong
     actor_slots: cython.p_int
@@ -182,6 +183,7 @@ class Scheduler:
         self._build_requests(task)
         self.preference, self.together = task[13]
         self.slots = table.size
+        self.starts = longs(table.starts)
         self.times = self.keep_long([0] * (table.size + 1))
         self.durations, self.actor_slots = longs(table.durations), ints(table.actor_slots)
         self.wait_starts, self.waits = ints(table.wait_starts), ints(table.waits)
@@ -411,7 +413,7 @@ class Scheduler:
         for i in range(self.requests):
             self.is_met[i] = 0
         for i in range(self.slots):
-            self.times[i] = 0
+            self.times[i] = self.starts[i]
         for i in range(self.variables):
             self.since[i] = -1
 
@@ -513,10 +515,14 @@ class Scheduler:
     @cython.exceptval(-1)
     def set(self, variable: cython.int, value: cython.int, item: cython.int) -> cython.int:
         i: cython.int = self.keep_starts[variable]
+        lag: cython.int
         while i < self.keep_starts[variable + 1]:
             if self.keeps[i] == self.current[variable]:
                 if self.since[variable] != item:
-                    self.add_span(self.since[variable], item, self.keeps[i + 1], self.keeps[i + 2])
+                    lag = self.starts[2 * variable + 1]
+                    if self.since[variable] >= 0:
+                        lag = self.keeps[i + 2]
+                    self.add_span(self.since[variable], item, self.keeps[i + 1], lag)
                 break
             i += 3
         self.current[variable] = value
@@ -599,7 +605,7 @@ class Scheduler:
             while self.delay() and left > 0:
                 left -= 1
                 for i in range(self.slots):
-                    self.times[i] = 0
+                    self.times[i] = self.starts[i]
                 for i in range(self.size):
                     self.place(i)
                 self.work += self.size
@@ -625,9 +631,9 @@ class Scheduler:
         self.excess = 0
         while i < SPAN * self.spans_size:
             first = self.spans[i]
-            over = self.begins[self.spans[i + 1]] - self.spans[i + 2]
+            over = self.begins[self.spans[i + 1]] - self.spans[i + 2] - self.spans[i + 3]
             if first >= 0:
-                over -= self.ends[first] + self.spans[i + 3]
+                over -= self.ends[first]
             if over > 0:
                 self.excess += over
                 if first >= 0:

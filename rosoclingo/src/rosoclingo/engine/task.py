@@ -93,6 +93,9 @@ class TaskTimes:
         weights: The value of each second for which a request is late; 1 if none is given.
         ready: The seconds after which a variable has a value that an action has set.
         keeps: The seconds for which a variable keeps a value at most.
+        free: The seconds after which an actuator that is busy is free.
+        since: The seconds after which a variable gets the value, or a number the level, that it has
+            in the task's state. Negative if it has had the value for some time.
         prefers: The name of what is minimised after lateness: waits, makespan or cost.
         together: If positive, what is preferred is minimised together with lateness, and this is
             the value of each second, or unit of cost, of it.
@@ -102,6 +105,8 @@ class TaskTimes:
     weights: Mapping[str, int]
     ready: Mapping[TaskFact, int]
     keeps: Mapping[TaskFact, int]
+    free: Mapping[str, int]
+    since: Mapping[str, int]
     prefers: str = "waits"
     together: int = 0
 

@@ -81,6 +81,9 @@ class _Slots:
             if kind == NEEDS_MOST:
                 self.waits.add(takes)
 
+    def altered(self, number: int) -> int:
+        return self._first_number + 3 * number + 2
+
     def use(self, actor: int) -> None:
         if actor >= 0:
             self.waits.add(self.first_actor + actor)
@@ -106,6 +109,8 @@ class Timetable:
     """How many slots there are."""
     first_actor = cython.declare(cython.int, visibility="readonly")
     """The slot of actuator 0; those of the others follow."""
+    starts = cython.declare(object, visibility="readonly")
+    """The slots before anything is done; some are negative, see FlatTask.since."""
     durations = cython.declare(object, visibility="readonly")
     actor_slots = cython.declare(object, visibility="readonly")
     """The slot of the actuator of each action, -1 if it has none."""
@@ -127,6 +132,14 @@ class Timetable:
         slots = _Slots(task, bases)
         self.first_actor = slots.first_actor
         self.size = slots.size(max([thing + 1 for things in occupied for thing in things] + [0]))
+        self.starts = array("q", [0]) * (self.size + 1)
+        for actor, seconds in task[14]:
+            if self.first_actor + actor < self.size:
+                self.starts[self.first_actor + actor] = seconds
+        for variable, seconds in task[15]:
+            self.starts[2 * variable + 1] = seconds
+        for number, seconds in task[16]:
+            self.starts[slots.altered(number)] = seconds
         lasting = task[9] or [action[4] for action in actions]
         self.durations = array("q", lasting + [0] * (len(requests) + 1))
         ready = {(variable, value): seconds for variable, value, seconds in task[11]}
@@ -169,7 +182,7 @@ class Timetable:
 
     def start(self):
         """Returns the slots before anything was done."""
-        return array("q", [0]) * (self.size + 1)
+        return array("q", self.starts)
 
     def add(self, items: list, slots) -> list:
         """Lets items take place, each as early as it can; returns when each one ends.
