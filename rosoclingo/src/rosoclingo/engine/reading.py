@@ -146,10 +146,10 @@ class TaskReader:
                 keeps[fact] = min(seconds, keeps.get(fact, seconds))
         preferred = min(([*row, "0"] for row in rows["prefers"]), default=["waits", "0"])
         together = max(0, level_of(preferred[1]))
-        free = {actuator: int(seconds) for actuator, seconds in new["free"]}
+        free = {actuator: int(text) for actuator, text in new["free"]}
         since: Dict[str, int] = {}
-        for name, seconds in new["since"]:
-            since[name] = max(int(seconds), since.get(name, int(seconds)))
+        for name, text in new["since"]:
+            since[name] = max(int(text), since.get(name, int(text)))
         return TaskTimes(due, weights, ready, keeps, free, since, preferred[0], together)
 
     def obstacle(self, symbols: Iterable[str], plan: Iterable[str]) -> str:
