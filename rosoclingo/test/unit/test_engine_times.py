@@ -137,6 +137,40 @@ def test_what_cannot_begin_later_is_kept_for_too_long() -> None:
     assert value(task._replace(since=[(0, 15)]), [1, 2]) == (5, 0, 32, 2)
 
 
+def errands() -> FlatTask:
+    """Returns a task of one robot with two requests, each of which takes 5 s."""
+    actions: List[FlatAction] = [([], [], [([], n, 1)], [], 1, 0) for n in range(2)]
+    requests: List[FlatRequest] = [([(n, 1)], []) for n in range(2)]
+    return FlatTask([2, 2], [0, 0], [], [], requests, actions, durations=[5, 5])
+
+
+def test_a_request_is_not_met_before_its_time() -> None:
+    task = errands()._replace(earliest=[(0, 100)])
+    assert value(task, [0, 1]) == (0, 0, 100 + 105, 2)
+    assert value(task, [1, 0]) == (0, 0, 5 + 100, 2)
+    scheduler = Scheduler(tuple(task), Timetable(tuple(task), {}))
+    assert scheduler.run([0, 1])
+    assert [scheduler.when_met(request) for request in range(2)] == [100, 105]
+    assert inserter_of(tuple(task)).first(lambda: False) == [1, 0]
+
+
+def test_each_deadline_of_a_request_counts() -> None:
+    task = errands()._replace(due=[(0, 7, 1), (0, 9, 100), (1, 7, 1)])
+    assert value(task, [0, 1]) == (0, 3, 5 + 10, 2)
+    assert value(task, [1, 0]) == (0, 3 + 100, 5 + 10, 2)
+
+
+def test_windows_and_learned_durations_are_read() -> None:
+    task = read(
+        'base_duration(r,take,"|",5)', 'task_learned(r,take,"|",9)', 'task_earliest(1,"|",20)',
+        'task_latest(1,"|",70)', 'task_limit_since(1,"|",60)',
+    )  # fmt: skip
+    assert max(seconds(task)) == 9
+    flat = flatten(task)
+    assert flat.earliest == [(0, 20)]
+    assert flat.due == [(0, 60, 1), (0, 70, 100)]
+
+
 def test_times_of_what_is_under_way_are_read() -> None:
     task = read(
         'base_duration(r,take,"|",5)', 'task_free(r,"|",7)',

@@ -136,6 +136,14 @@ MISTAKES = {  # what is changed, what check.py says of which line, and why there
         "sets(R,ring,bell,rung)", "at_most(bell,rung,short). sets(R,ring,bell,rung)", 12,
         "at_most(bell,rung,short): short is no whole number from 0 to 999999999", "",
     ),
+    "a request that has no time": (
+        "initially(bell,works)", "earliest(ring,9). latest(ring,8). initially(bell,works)", 6,
+        "latest(ring,8): earliest(ring,9) says that it is not met by then", "",
+    ),
+    "a time for a request that is a name": (
+        "initially(bell,works)", "latest(ring,soon). initially(bell,works)", 6,
+        "latest(ring,soon): soon is no whole number from 0 to 999999999", "",
+    ),
     "an action that takes time, and is none": (
         "sets(R,ring,bell,rung)", "duration(R,rign,5) :- robot(R). sets(R,ring,bell,rung)", 12,
         "duration(r,rign,5): nothing says action(r,rign), so it is not done", "",

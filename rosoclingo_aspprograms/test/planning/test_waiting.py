@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict
+from typing import Any, Dict, List, Sequence, Tuple
 
 import pytest
 from episode import DYN_RESET, RECORDING, RESET, SINGLE
@@ -54,6 +54,14 @@ duration(waiter,wash,60).
 #program present(k,t).
 needs(waiter,serve(ID),hands,clean,k) :- asked(ID,dish,k).
 """
+# A request like the other one.
+HURRY = (
+    KITCHEN[KITCHEN.index("#program present") :].replace("dish,k", "soon,k")
+    + """
+#program base.
+request(soon).
+"""
+)
 COOKS_BY_ITSELF = "ready(food(ID),hot,40,k) :- asked(ID,dish,k)."
 # One painter is on the site, and paints the door for 300 s. The other one has 80 s to get there.
 PAINTERS = """
@@ -80,12 +88,14 @@ SECONDS = {"lay": 100.0, "fry": 10.0, "serve": 5.0, "look": 30.0, "wash": 60.0, 
 class Kitchen(DeskSimulation):
     """Notes in ``began`` when actions begin, in seconds."""
 
-    def __init__(self, mode: str, folder: Path, more: str = "", **inputs: str) -> None:
+    def __init__(
+        self, mode: str, folder: Path, more: str = "", options: Sequence[str] = (), **inputs: str
+    ) -> None:
         file = folder / "kitchen.lp"
         file.write_text(f'#include "{ACTIONS}".{KITCHEN}{more}')
         lasts: Dict[str, float] = {**SECONDS}
         super().__init__(
-            make_parts(mode, Options((str(file),))).loop,
+            make_parts(mode, Options((str(file),), tuple(options))).loop,
             [read_input(f"goal:{goal}", step) for goal, step in inputs.items()],
             seconds=lambda actuator, action: lasts[action.partition("(")[0]],
             patience=0.0,
@@ -100,6 +110,23 @@ class Kitchen(DeskSimulation):
             if isinstance(entry.event, ActionPublished):
                 found.setdefault(entry.event.action.partition("(")[0], entry.seconds)
         return found
+
+    def began_all(self, name: str) -> List[Tuple[str, float]]:
+        """All actions of a name, and when each began."""
+        return [
+            (entry.event.action, entry.seconds)
+            for entry in self.journal
+            if isinstance(entry.event, ActionPublished) and entry.event.action.startswith(name)
+        ]
+
+    @property
+    def ended_at(self) -> Dict[str, float]:
+        """When the goals have ended, by their numbers."""
+        return {
+            entry.event.goal: entry.seconds
+            for entry in self.journal
+            if isinstance(entry.event, StatusSet) and entry.event.status.is_terminal
+        }
 
     @property
     def ends(self) -> Any:
@@ -176,3 +203,72 @@ def test_who_can_begin_first_acts(seconds: float, painter: str, tmp_path: Path) 
     assert site.ends == ["succeeded"] * 3
     assert (painter, "paint(wall)") in site.published
     assert ("far", "go(site)") not in site.published or painter == "far"
+
+
+@pytest.mark.parametrize("mode", [RECORDING, RESET, DYN_RESET, SINGLE])
+def test_a_request_is_not_met_before_it_is_wanted(mode: str, tmp_path: Path) -> None:
+    """The waiter lays the table at once, and the dish is fried to be hot at the table."""
+    kitchen = Kitchen(mode, tmp_path, "#program base. earliest(dish,200).", dish="0")
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded"]
+    began = kitchen.began
+    assert began["lay"] == 0
+    assert 195 <= began["serve"] < 197
+    assert 165 <= began["fry"] <= 186
+
+
+def test_the_search_knows_what_is_not_wanted_yet(tmp_path: Path) -> None:
+    """With one waiter, the dish that is wanted now is served first, although it came later."""
+    kitchen = Kitchen(DYN_RESET, tmp_path, f"{HURRY}earliest(dish,300).", dish="0", soon="0")
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded"] * 2
+    assert [action for action, _ in kitchen.began_all("serve")] == ["serve(2)", "serve(1)"]
+    assert kitchen.began_all("serve")[1][1] >= 295
+
+
+@pytest.mark.parametrize("mode", [RECORDING, RESET, DYN_RESET, SINGLE])
+def test_a_request_that_is_of_no_use_any_more_is_aborted(mode: str, tmp_path: Path) -> None:
+    """Nobody has begun with it; for the other one, the waiter is under way."""
+    kitchen = Kitchen(mode, tmp_path, f"{HURRY}latest(soon,50).", dish="0", soon="1")
+    kitchen.lasts["lay"] = 400.0
+    assert kitchen.run() is None
+    assert sorted(kitchen.ends) == ["aborted", "succeeded"]
+    assert 50 <= kitchen.ended_at["2"] <= 52
+    assert [action for action, _ in kitchen.began_all("serve")] == ["serve(1)"]
+
+
+def test_what_is_under_way_for_a_request_that_comes_too_late_ends(tmp_path: Path) -> None:
+    kitchen = Kitchen(DYN_RESET, tmp_path, "#program base. latest(dish,50).", dish="0", look="0")
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded", "aborted"]
+    assert kitchen.ended_at["1"] == 100
+    assert "fry" not in kitchen.began
+
+
+def test_a_request_in_time_is_met(tmp_path: Path) -> None:
+    kitchen = Kitchen(DYN_RESET, tmp_path, "#program base. latest(dish,120).", dish="0")
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded"]
+
+
+def test_a_cancel_before_the_time_is_up_is_a_cancel(tmp_path: Path) -> None:
+    kitchen = Kitchen(DYN_RESET, tmp_path, "#program base. latest(dish,150).", dish="0", look="0")
+    kitchen.left.append(read_input("cancel:1", "1"))
+    assert kitchen.run() is None
+    assert sorted(kitchen.ends) == ["canceled", "succeeded"]
+
+
+@pytest.mark.parametrize("learns", [0, 1])
+def test_durations_are_learned(learns: int, tmp_path: Path) -> None:
+    """Laying takes 300 s, and not 100 s: the last dish is fried when the waiter is really there."""
+    options = ("-c", f"learns={learns}", "-c", "slots=1")
+    kitchen = Kitchen(DYN_RESET, tmp_path, options=options, dish="0")
+    kitchen.left += [read_input("goal:dish", "1")] * 3
+    kitchen.lasts["lay"] = 300.0
+    assert kitchen.run() is None
+    assert kitchen.ends == ["succeeded"] * 4
+    laid = [begin + 300 for _, begin in kitchen.began_all("lay")]
+    fried = [begin + 10 for _, begin in kitchen.began_all("fry")]
+    waits = [round(end - begin) for begin, end in zip(fried, laid)]
+    assert waits[0] > 200
+    assert waits[3] < 110 if learns else waits[3] > 200, waits

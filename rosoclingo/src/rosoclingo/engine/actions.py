@@ -22,7 +22,7 @@ from rosoclingo.engine.task import Change, Kind, TaskAction, TaskFact
 
 _CONDITION, _EFFECT, _FILLS = "condition", "sets_if", "fills"
 _OF_ACTIONS = ("action", "needs", "other", "sets", _FILLS, "uses", "gives", "least", "most",
-               "occupies", "costs", "duration", _CONDITION, _EFFECT)  # fmt: skip
+               "occupies", "costs", "duration", "learned", _CONDITION, _EFFECT)  # fmt: skip
 
 
 class ActionReader:
@@ -123,6 +123,8 @@ def _read_actions(rows: TaskRows, limits: Mapping[str, int]) -> Iterator[Tuple[s
         said[choice].costs.add(number(cost) or 0)
     for choice, seconds in _known(rows["duration"], said):
         said[choice].durations.add(level_of(seconds))
+    for choice, seconds in _known(rows["learned"], said):
+        said[choice].durations = {level_of(seconds)}
     conditions: DefaultDict[Tuple[str, str], List[TaskFact]] = defaultdict(list)
     for choice, index, variable, value in rows[_CONDITION]:
         conditions[choice, index].append((variable, value))

@@ -53,7 +53,8 @@ class FlatTask(NamedTuple):
             time, beside what they need and change; empty if there is nothing like that.
         durations: The seconds that each action takes; empty if the task counts none, and actions
             last as long as they cost.
-        due: Deadlines of requests, each as ``(request, seconds, weight)``.
+        due: Deadlines of requests, each as ``(request, seconds, weight)``; a request may have
+            several.
         ready: Values that variables get some time after the action that sets them has ended, each
             as ``(variable, value, seconds)``.
         keeps: Values that variables keep for some time at most, until the action begins that sets
@@ -65,6 +66,7 @@ class FlatTask(NamedTuple):
         since: Variables that get the value of ``initial`` only later, each as ``(variable,
             seconds)``, or that have had it for some time, with negative seconds.
         levels_since: Likewise for numbers.
+        earliest: Requests that are not to be met before some time, each as ``(request, seconds)``.
     """
 
     domains: List[int]
@@ -84,6 +86,7 @@ class FlatTask(NamedTuple):
     free: List[Tuple[int, int]] = []  # noqa: RUF012
     since: List[Tuple[int, int]] = []  # noqa: RUF012
     levels_since: List[Tuple[int, int]] = []  # noqa: RUF012
+    earliest: List[Tuple[int, int]] = []  # noqa: RUF012
 
     def evaluations(self, seconds: float) -> int:
         """Returns how many states a search looks at in so many seconds of a processor, about.

@@ -10,6 +10,7 @@ from rosoclingo.engine.derived import NO, YES, Rule
 from rosoclingo.engine.flat import FlatAction, FlatEffects, FlatPairs, FlatRule, FlatTask
 from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest
 
+_HARD = 100  # the value of each second after which a request is of no use
 _AIMS = {"waits": kinds.WAITS, "makespan": kinds.MAKESPAN, "cost": kinds.COST}
 
 
@@ -87,6 +88,7 @@ class _Flattener:
             for slot, seconds in times.due.items()
             if slot in slots
         ]
+        due += [(slots[slot], n, _HARD) for slot, n in times.latest.items() if slot in slots]
         facts = self._facts  # nothing depends on the values that these do not have
         return {
             "durations": [action.seconds for action in self._task.actions],
@@ -104,6 +106,7 @@ class _Flattener:
                 for name, seconds in times.since.items()
                 if name in self._numbers
             ],
+            "earliest": [(slots[s], n) for s, n in times.earliest.items() if s in slots],
             "aim": (_AIMS.get(times.prefers, kinds.WAITS), times.together),
         }
 

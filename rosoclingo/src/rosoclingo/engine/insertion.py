@@ -118,7 +118,9 @@ class Inserter:
         self.actions = task[5]
         self.domains = task[0]
         self.durations = task[9]
-        self.due = {request: seconds for request, seconds, _ in task[10]}
+        self.due = {}
+        for request, seconds, _ in task[10]:
+            self.due[request] = min(seconds, self.due.get(request, seconds))
         self.distances = {}
         for (variable, before, after), way in self.chains.ways.items():
             size = task[0][variable]

@@ -47,7 +47,10 @@ from rosoclingo.engine.ways import WayMap
 from rosoclingo.errors import TaskError
 
 _OF_MAPS = ("way", "moves", "drains", "reserves", "speed")
-_OF_TIMES = ("duration", "speed", "due", "limit_since", "weight", "ready", "keeps", "prefers")
+_OF_TIMES = (
+    "duration", "speed", "due", "limit_since", "weight", "ready", "keeps", "prefers", "earliest",
+    "latest",
+)  # fmt: skip
 _PLAN = "plan_"
 _WAY = "plan_way"
 
@@ -150,7 +153,11 @@ class TaskReader:
         since: Dict[str, int] = {}
         for name, text in new["since"]:
             since[name] = max(int(text), since.get(name, int(text)))
-        return TaskTimes(due, weights, ready, keeps, free, since, preferred[0], together)
+        earliest = {slot: int(text) for slot, text in new["earliest"]}
+        latest = {slot: int(text) for slot, text in new["latest"]}
+        return TaskTimes(
+            due, weights, ready, keeps, earliest, latest, free, since, preferred[0], together
+        )
 
     def obstacle(self, symbols: Iterable[str], plan: Iterable[str]) -> str:
         """Returns why a plan is not possible for a task; empty if it is.

@@ -112,7 +112,10 @@ class Scheduler:
     wishes: cython.p_int  # entry, least, most
     keep_starts: cython.p_int  # of each variable
     keeps: cython.p_int  # value, seconds, seconds until it has the value
-    dues: cython.p_longlong  # of each request: deadline, weight
+    due_starts: cython.p_int  # of each request
+    dues: cython.p_longlong  # deadline, weight
+    earliest: cython.p_longlong  # of each request
+    has_earliest: cython.bint
     since: cython.p_int  # of each variable, the item that has set a value that it keeps
     is_met: cython.p_int
     newly_met: cython.int  # requests that the last action has met
@@ -276,10 +279,18 @@ class Scheduler:
             wisher_starts.append(len(wishers))
         self.wisher_starts, self.wishers = self.keep(wisher_starts), self.keep(wishers)
         self.wish_starts, self.wishes = self.keep(wish_starts), self.keep(wishes)
-        dues = [-1, 0] * len(task[4])
+        of_requests: list = [[] for _ in task[4]]
         for request, seconds, weight in task[10]:
-            dues[2 * request : 2 * request + 2] = seconds, weight
-        self.dues = self.keep_long(dues)
+            of_requests[request] += [seconds, weight]
+        due_starts, dues = [0], []
+        for found in of_requests:
+            dues += found
+            due_starts.append(len(dues))
+        self.due_starts, self.dues = self.keep(due_starts), self.keep_long(dues)
+        earliest = [0] * len(task[4])
+        for request, seconds in task[17]:
+            earliest[request] = seconds
+        self.earliest, self.has_earliest = self.keep_long(earliest), len(task[17]) > 0
         lags = {(variable, value): seconds for variable, value, seconds in task[11]}
         kept: list = [[] for _ in task[0]]
         for variable, value, seconds in task[12]:
@@ -601,7 +612,8 @@ class Scheduler:
         i: cython.int
         left: cython.int = ROUNDS
         request: cython.int
-        if self.spans_size > 0:
+        due: cython.int
+        if self.spans_size > 0 or self.has_earliest:
             while self.delay() and left > 0:
                 left -= 1
                 for i in range(self.slots):
@@ -615,10 +627,10 @@ class Scheduler:
             request = self.items[i] - self.actions_size
             if request >= 0:
                 self.waiting += self.ends[i]
-                if self.dues[2 * request + 1] > 0:
-                    self.late += self.dues[2 * request + 1] * max(
-                        0, self.ends[i] - self.dues[2 * request]
-                    )
+                due = self.due_starts[request]
+                while due < self.due_starts[request + 1]:
+                    self.late += self.dues[due + 1] * max(0, self.ends[i] - self.dues[due])
+                    due += 2
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -640,4 +652,25 @@ class Scheduler:
                     self.releases[first] = max(self.releases[first], self.begins[first] + over)
                     is_any = True
             i += SPAN
+        if self.has_earliest:
+            is_any |= self.delay_early()
+        return is_any
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def delay_early(self) -> cython.bint:
+        """Has actions begin later that meet requests too early; returns whether there are any."""
+        i: cython.int
+        last: cython.int = -1
+        over: cython.longlong
+        is_any: cython.bint = False
+        for i in range(self.size):
+            if self.items[i] < self.actions_size:
+                last = i
+            elif last >= 0:
+                over = self.earliest[self.items[i] - self.actions_size] - self.ends[i]
+                if over > 0:
+                    over += self.ends[i] - self.ends[last]
+                    self.releases[last] = max(self.releases[last], self.begins[last] + over)
+                    is_any = True
         return is_any

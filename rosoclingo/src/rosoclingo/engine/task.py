@@ -93,6 +93,8 @@ class TaskTimes:
         weights: The value of each second for which a request is late; 1 if none is given.
         ready: The seconds after which a variable has a value that an action has set.
         keeps: The seconds for which a variable keeps a value at most.
+        earliest: The seconds before which a request is not to be met.
+        latest: The seconds after which a request is of no use.
         free: The seconds after which an actuator that is busy is free.
         since: The seconds after which a variable gets the value, or a number the level, that it has
             in the task's state. Negative if it has had the value for some time.
@@ -105,6 +107,8 @@ class TaskTimes:
     weights: Mapping[str, int]
     ready: Mapping[TaskFact, int]
     keeps: Mapping[TaskFact, int]
+    earliest: Mapping[str, int]
+    latest: Mapping[str, int]
     free: Mapping[str, int]
     since: Mapping[str, int]
     prefers: str = "waits"

@@ -70,6 +70,7 @@ _OF_ACTUATORS = frozenset(  # their first argument is an actuator
 _SENTENCES: Dict[str, str] = {
     "never": "{fact}: nothing ever makes {name} {value}",
     "unknown": "{fact}: {name} has no value; initially({name},X) would say one",
+    "window": "{fact}: earliest({name},{other}) says that it is not met by then",
     "undeclared": "{fact}: {name} is no number; number({name},N) would say how large it can be",
     "most": "{fact}: {name} is {other} at most",
     "both": "{fact}: {name} is said to be {other}, too, and can have one value only",
