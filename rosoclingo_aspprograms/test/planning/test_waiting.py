@@ -213,6 +213,8 @@ def test_a_request_is_not_met_before_it_is_wanted(mode: str, tmp_path: Path) -> 
     assert kitchen.ends == ["succeeded"]
     began = kitchen.began
     assert began["lay"] == 0
+    expected = [line for line in kitchen.goals[0].lines if line.startswith("expected")]
+    assert expected == ["expected in 200 s", "expected in 35 s", "expected in 5 s"]
     assert 195 <= began["serve"] < 197
     assert 165 <= began["fry"] <= 186
 
@@ -242,6 +244,7 @@ def test_what_is_under_way_for_a_request_that_comes_too_late_ends(tmp_path: Path
     assert kitchen.run() is None
     assert kitchen.ends == ["succeeded", "aborted"]
     assert kitchen.ended_at["1"] == 100
+    assert "too_late" in kitchen.goals[0].lines
     assert "fry" not in kitchen.began
 
 

@@ -125,7 +125,12 @@ class Timing:
         """Returns when the actions of the plan begin and end, as far as it says that."""
         executions = self.executions
         return planned_spans(
-            self._plan, self.progress.step, executions.ordered, executions.published, now
+            self._plan,
+            self.progress.step,
+            executions.ordered,
+            executions.published,
+            now,
+            clock=self.alarms.began,
         )
 
     def goal_times(self) -> Tuple[PlanTime, ...]:

@@ -89,6 +89,8 @@ def planned_spans(
     executions: Sequence[Execution],
     published: Container[Action],
     now: float,
+    *,
+    clock: Optional[float] = None,
 ) -> List[PlannedSpan]:
     """Returns when the actions of a plan begin and end, as far as it says how long they take.
 
@@ -98,6 +100,8 @@ def planned_spans(
         executions: The last one of each actuator.
         published: Which actions were published since the last reset.
         now: What time it is, in seconds of world time.
+        clock: When the clock that the encoding is told began, in seconds of world time; None if it
+            is not told the time, and what it says of when actions begin does not count.
 
     Returns:
         The actions under way and those that are planned, in the order in which they begin.
@@ -127,6 +131,8 @@ def planned_spans(
         if seconds is None or action in published:
             continue
         before = [ends.get(other, now) for other in plan.awaits.get(action, ())]
+        if clock is not None and action in plan.begins:
+            before.append(clock + plan.begins[action])
         begins = max([free.get(action.actuator, now), *before])
         add(PlannedSpan(action.actuator, action.name, action.step, last, begins, begins + seconds))
     return sorted(spans, key=lambda span: span.begins)

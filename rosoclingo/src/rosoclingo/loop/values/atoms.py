@@ -38,7 +38,7 @@ QUERY = "query("
 
 _READ = ("do(", "status(", "abort(")
 _FEEDBACK = "feedback("
-_TIMES = ("lasts(", "awaits(", "expected(", "due(", "tell_clock")
+_TIMES = ("lasts(", "awaits(", "begins(", "expected(", "due(", "tell_clock")
 _FAULTS = ("retries(", "tell_later(")
 _SORTED = (*_READ, *_TIMES, *_FAULTS, *SHOWN)
 
@@ -70,8 +70,8 @@ class Action:
 class Plan:
     """A plan: the atoms of an answer set that rosoclingo reads.
 
-    That is do/3, status/3, holds/2, abort/2 and feedback/2, of times lasts/3, awaits/2, expected/2,
-    due/2 and tell_clock, of failures retries/3 and tell_later/2, and those of
+    That is do/3, status/3, holds/2, abort/2 and feedback/2, of times lasts/3, awaits/2, begins/2,
+    expected/2, due/2 and tell_clock, of failures retries/3 and tell_later/2, and those of
     :mod:`rosoclingo.loop.values.beliefs`.
 
     Attributes:
@@ -80,6 +80,8 @@ class Plan:
             how long it takes, in seconds.
         awaits: For each action of which the plan says that, actions of other actuators that have to
             be through before, each named by one of its steps.
+        begins: For each action of which the plan says that, when it begins at the earliest, in
+            seconds by the clock that the encoding is told.
         serving: The action with which each goal is served of which the plan says that, by slots.
         limits: Within how many seconds after they came goals are due, likewise.
         uses_clock: Whether the encoding is to be told the time at each answer.
@@ -97,6 +99,7 @@ class Plan:
         self._aborts: Dict[int, List[str]] = {}
         self.lasting: Dict[Action, Tuple[str, int]] = {}
         self.awaits: Dict[Action, List[Action]] = {}
+        self.begins: Dict[Action, int] = {}
         self.serving: Dict[str, Action] = {}
         self.limits: Dict[str, int] = {}
         self.uses_clock = "tell_clock" in self.symbols
@@ -139,6 +142,10 @@ class Plan:
             action, before = _action(arguments[0]), _action(arguments[1])
             if action is not None and before is not None:
                 self.awaits.setdefault(action, []).append(before)
+        elif (name, len(arguments)) == ("begins", 2):
+            action, seconds = _action(arguments[0]), number(arguments[1])
+            if action is not None and seconds is not None:
+                self.begins[action] = seconds
         elif (name, len(arguments)) == ("expected", 2):
             action = _action(arguments[1])
             if action is not None:
