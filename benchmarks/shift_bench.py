@@ -76,7 +76,7 @@ _TERM = re.compile(r"(\w+)(?:\((.*)\))?")
 
 
 class Crash(BaseException):
-    """The process of the planner is no more."""
+    """Kills the planner's process, in effect: nothing after it is executed."""
 
 
 @dataclass
@@ -151,10 +151,10 @@ class Running:
 
 
 class Client(GoalClient):
-    """A client, which outlives the planner."""
+    """A client of the planner, which survives its kills."""
 
     def __init__(self, see: Callable[[StatusSet], None]) -> None:
-        """Makes a client that hands on what it is told."""
+        """Makes a client that forwards statuses to the judge."""
         self._see = see
         self.note: Callable[[Event], None] = lambda _: None
 
@@ -163,12 +163,12 @@ class Client(GoalClient):
         self.note(change)
 
     def changed(self, change: StatusSet) -> None:
-        """Hands the status on."""
+        """Forwards the status to the judge."""
         self._see(change)
 
 
 class World:
-    """The restaurant with its clients, which outlives the planner and judges it.
+    """The restaurant with its clients, which survives kills of the planner and judges it.
 
     Attributes:
         clock: What time it is, in seconds.
@@ -178,7 +178,7 @@ class World:
     """
 
     def __init__(self, seed: int) -> None:
-        """Draws what will happen."""
+        """Draws at random what will happen."""
         self.clock = 0.0
         self.orders: Dict[str, Order] = {}
         self.violations: List[str] = []
@@ -242,7 +242,7 @@ class World:
     # What comes from outside.
 
     def goal(self, key: str) -> Goal:
-        """Returns a goal as its client sends it."""
+        """Returns the goal that a client sends for an order."""
         return Goal(self.orders[key].request, (), key, self.clients[key])
 
     def _ask(self, life: Life, order: Order) -> None:
@@ -270,7 +270,7 @@ class World:
         self.send(life)
 
     def send(self, life: Life) -> None:
-        """Sends what the planner has not got; a message that it has stored is not sent again."""
+        """Sends what the planner has not received; messages that it has stored are not repeated."""
         while self._to_send:
             message = MessageArrived("info", self._to_send[0])
             try:
@@ -282,7 +282,7 @@ class World:
     # What the planner does.
 
     def hear(self, life: Life, run: str, told: Sequence[Execution]) -> None:
-        """Actuators are told what to do."""
+        """Begins actions that the planner has published."""
         self._open = {(run, one.number) for one in told if one.answer is None}
         self._pausing = {one.actuator for one in life.loop.state.executions.retrying}
         for one in told:
@@ -356,7 +356,7 @@ class World:
         return ""
 
     def _end(self, life: Life, running: Running) -> None:
-        """An action ends in the world; the planner is told as soon as it listens."""
+        """Ends an action in the world; the planner is told as soon as it listens."""
         running.is_over = True
         name, argument = _split(running.action)
         waiter, order = self._waiters.get(running.actuator), running.order
@@ -387,7 +387,7 @@ class World:
             order.met = self.clock if name == "put" else order.met
 
     def answer(self, life: Life) -> None:
-        """Answers all actions that are over and that the planner awaits."""
+        """Answers all actions that have ended and that the planner waits for."""
         over = [one for one in self._running.values() if one.is_over and one.token in self._open]
         for one in over:
             self._open.discard(one.token)
@@ -418,7 +418,7 @@ class World:
     # Time.
 
     def turn(self, life: Life) -> None:
-        """Lets the next thing happen while the planner waits."""
+        """Advances the clock to the next event and lets it happen, while the planner waits."""
         self.send(life)
         lost = [key for key, o in self.orders.items() if not o.end and key not in life.known]
         for key in lost:
@@ -465,7 +465,7 @@ class World:
                         self._waits[name, order.key] = math.inf  # it is said once
 
     def _distances(self, start: str) -> Mapping[str, int]:
-        """Returns how far places are on ways that are open for certain."""
+        """Returns the distances to all places on ways that are known to be open."""
         failed = {way for way, until in self._failed.items() if until >= self.clock}
         shut = frozenset(
             one for one in self._ways if frozenset(one) in self._closed or one in failed
@@ -500,7 +500,7 @@ def _split(action: str) -> Tuple[str, str]:
 
 
 class Life(System):
-    """One life of the planner's process.
+    """The planner's loop, from its start to its end or until it is killed.
 
     Attributes:
         store: Its store.
@@ -508,7 +508,7 @@ class Life(System):
     """
 
     def __init__(self, world: World, store: Store, make: Callable[..., Loop]) -> None:
-        """Begins with what the store has."""
+        """Resumes from the store."""
         self._world = world
         self.store = store
         self.known: Dict[str, Goal] = {}
@@ -516,7 +516,7 @@ class Life(System):
 
     @property
     def clock(self) -> float:
-        """The time of the world, which goes on."""
+        """The time of the simulated world, in seconds."""
         return self._world.clock
 
     @clock.setter
@@ -525,32 +525,32 @@ class Life(System):
 
     @property
     def improves(self) -> bool:
-        """Whether it is looked for a better plan, for which there is time now and then."""
+        """Whether to search for a better plan now; at most once in a while, to save time."""
         return self.clock >= self._world.improved + IMPROVING
 
     @improves.setter
     def improves(self, value: bool) -> None:
-        """It is so by the world's time alone."""
+        """Ignores what the loop says: the clock of the world decides."""
 
     def stays_quiet(self, seconds: float) -> bool:
-        """Nothing comes but in the world's turn."""
+        """Says that nothing arrives: events come between two steps of the loop only."""
         self._world.improved = self.clock
         return True
 
     @property
     def has_items(self) -> bool:
-        """Whether there is something in the inbox."""
+        """Returns whether the inbox has news."""
         return self._has_something()
 
     def ask(self, key: str) -> None:
-        """A client asks for something."""
+        """Sends a goal to the loop."""
         goal = self._world.goal(key)
         self._world.clients[key].note = self.loop.state.note
         self.put(goal)
         self.known[key] = goal
 
     def wait(self, timeout: float) -> bool:
-        """Gives the world its turn."""
+        """Lets the world act until the loop has something to do."""
         for key in [key for key in self.known if self._world.orders[key].end]:
             del self.known[key]
         if not self._has_something():
@@ -558,14 +558,14 @@ class Life(System):
         return True
 
     def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
-        """Tells actuators what to do."""
+        """Publishes an action to its actuator."""
         self._world.hear(self, run, executions)
 
     def note(self, record: Any) -> None:
         """Keeps no journal, since the store has it."""
 
     def live(self) -> None:
-        """Lives until there is nothing to do."""
+        """Runs until all is done."""
         clients = self._world.clients
         durability = self.durability
         assert isinstance(durability, SqliteStore)

@@ -136,6 +136,10 @@ MISTAKES = {  # what is changed, what check.py says of which line, and why there
         "sets(R,ring,bell,rung)", "at_most(bell,rung,short). sets(R,ring,bell,rung)", 12,
         "at_most(bell,rung,short): short is no whole number from 0 to 999999999", "",
     ),
+    "an actuator that base does not know": (
+        "#program present(k,t).", "#program present(k,t). action(arm,wave,k) :- asked(ID,G,k).",
+        13, "action(arm,wave): its answers are not known; actuator(arm) in base would say so", "",
+    ),
     "a request that has no time": (
         "initially(bell,works)", "earliest(ring,9). latest(ring,8). initially(bell,works)", 6,
         "latest(ring,8): earliest(ring,9) says that it is not met by then", "",

@@ -114,6 +114,21 @@ def test_a_goal_from_its_arrival_to_its_end(run: Run) -> None:
     assert run.row("run", "run")["open"] == 0
 
 
+def test_what_is_told_before_the_goal_is_heard_counts(run: Run) -> None:
+    """Feedback and journal are two topics."""
+    run.model.tell_goal("g", "queued 2")
+    for number in range(15):
+        run.model.tell_goal(f"other{number}", "queued 1")
+    assert run.model.goals.fate("g") is None
+    run.hear(journal.GoalArrived("g", "visit(3)"))
+    assert run.row("goals", "g")["place"] == 2
+    for number in range(15, 40):  # such as of another run
+        run.model.tell_goal(f"other{number}", "queued 1")
+    run.hear(journal.GoalArrived("other0", "visit(3)"))
+    run.hear(journal.GoalArrived("other39", "visit(3)"))
+    assert [run.row("goals", name)["place"] for name in ("other0", "other39")] == [0, 1]
+
+
 def test_what_has_become_of_a_goal(run: Run) -> None:
     def fate() -> Tuple[str, bool, bool]:
         found = run.model.goals.fate("g")

@@ -658,7 +658,7 @@ class Scheduler:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def delay_early(self) -> cython.bint:
+    def delay_early(self) -> cython.int:
         """Has actions begin later that meet requests too early; returns whether there are any."""
         i: cython.int
         last: cython.int = -1

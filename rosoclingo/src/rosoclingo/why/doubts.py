@@ -84,6 +84,7 @@ _SENTENCES: Dict[str, str] = {
     "wantless": "{fact}: nothing says wants for it, so it is met at once",
     "nowhere": "{fact}: no way leads from {value}",
     "unplaced": "{fact}: {first} is at no place; initially(at({first}),V) would say one",
+    "actorless": "{fact}: its answers are not known; actuator({first}) in base would say so",
     "unsaid": "{fact}: nothing says action({first},{second}), so it is not done",
     "missing": "nothing makes {first} {second}",
     "far": "no way leads {first} to {second}",

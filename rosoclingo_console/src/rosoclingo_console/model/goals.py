@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections import deque
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Deque, Dict, List, NamedTuple, Optional, Tuple
 
 from rosoclingo.loop.journal import GoalArrived, Status, StatusSet
 from rosoclingo.loop.values.plan_times import PlanTimes
 from rosoclingo_console.model.board import Row
 
+_MOST_EARLY = 16  # goals of which something is heard before they are, and lines of each
 _MOST_WAITING = 200  # goals without a slot that are shown
 _MOST_ENDED = 50  # likewise, goals that have ended
 _QUEUED = re.compile(r"queued (\d{1,9})")
@@ -94,6 +96,7 @@ class GoalTable:
     def __init__(self) -> None:
         self._goals: Dict[str, GoalRow] = {}
         self._ended: Dict[str, None] = {}  # in order
+        self._early: Dict[str, Deque[str]] = {}  # what was told of goals that are not known yet
         self._count = 0
         self.counts: Dict[Status, int] = {}
         self.requests: Dict[str, str] = {}
@@ -103,6 +106,8 @@ class GoalTable:
         goal = self._goal(event.goal)
         goal.request, goal.information, goal.came = event.request, event.information, time
         self.requests[event.goal] = event.request
+        for line in self._early.pop(event.goal, ()):
+            self.tell(event.goal, line)
 
     def cancel(self, identifier: str) -> None:
         """The loop has taken a cancel request."""
@@ -123,9 +128,14 @@ class GoalTable:
             self.requests.pop(oldest, None)
 
     def tell(self, identifier: str, line: str) -> None:
-        """The client of a goal was told something; of goals that are not known, it is ignored."""
+        """The client of a goal was told something, which may be heard before the goal itself."""
         goal = self._goals.get(identifier)
-        if goal is None or goal.ended is not None:
+        if goal is None:
+            if len(self._early) >= _MOST_EARLY and identifier not in self._early:
+                del self._early[next(iter(self._early))]
+            self._early.setdefault(identifier, deque(maxlen=_MOST_EARLY)).append(line)
+            return
+        if goal.ended is not None:
             return
         queued = _QUEUED.fullmatch(line)
         if queued:
