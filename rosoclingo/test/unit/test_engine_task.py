@@ -226,12 +226,35 @@ def test_what_has_to_ripen_where_the_robot_stands_is_not_begun(place: str, is_he
     reader = TaskReader()
     reader.read_facts(SHOP)
     begun = ["take"] if place == "b" else ["b", "take"]
-    for rows, names in (([], begun), (["task_ripening(box)"], begun if is_held else [])):
+    waits = begun if is_held else []
+    timed = ["task_ripening(box)", 'base_duration(r,put,"|",5)']
+    for rows, names in (
+        ([], begun),
+        (["task_ripening(box)"], waits),
+        ([*timed, 'task_since(box,"|",11)'], waits),
+        ([*timed, 'task_since(box,"|",10)'], begun),
+        ([*timed, 'task_since(box,"|",30)', 'task_free(r,"|",20)'], begun),
+    ):
+        reader.read_facts([*SHOP, *(row for row in rows if row.startswith("base_"))])
         task = reader.read([*now, *rows], followed, 3)
         plan = rest_of_plan(task)
         assert plan is not None
         assert [task.actions[number].name for number in begun_plan(task)] == names
         assert [task.actions[one].name for part in begun_of(task, plan) for one in part] == names
+
+
+def test_what_another_actuator_does_first_is_not_waited_for() -> None:
+    """The box is at b only when s has brought it there; r stands there, and may leave."""
+    more = ["base_action(s,bring)", 'base_needs(s,bring,"|",box,"|",far)',
+            'base_sets(s,bring,"|",box,"|",b)']  # fmt: skip
+    followed = ['plan_act(3,"|",s,bring,"|",4)', 'plan_act(4,"|",r,take,"|",5)',
+                'plan_way(5,"|",r,"|",a,"|",6)', 'plan_act(6,"|",r,put,"|",7)']  # fmt: skip
+    reader = TaskReader()
+    reader.read_facts([*SHOP, *more])
+    task = reader.read(['task_is(at(r),"|",b)', 'task_is(box,"|",far)', *NOW[2:]], followed, 3)
+    plan = rest_of_plan(task)
+    assert plan is not None
+    assert [task.actions[one].name for part in begun_of(task, plan) for one in part] == ["bring"]
 
 
 TAP = [

@@ -10,6 +10,7 @@ from rosoclingo.engine.moves import Moves
 from rosoclingo.engine.task import Kind, PlanningTask, TaskAction, TaskFact, TaskState
 from rosoclingo.errors import TaskError
 
+_BRIEFLY = 10  # seconds for which an actuator waits where it stands, rather than to leave
 _CHANGING = (Kind.TAKES, Kind.ADDS, Kind.BECOMES)
 
 
@@ -43,8 +44,8 @@ def begun_of(task: PlanningTask, plan: List[int]) -> List[List[int]]:
     """Returns what is begun of the plan that stands, for each actuator in order.
 
     That is its next action, with the way to it, if that serves a request. Nothing is that has just
-    failed, or that has to wait where the actuator stands already; nor is anything of a plan that is
-    not executed yet, or if a request has waited too long, which may break it.
+    failed, or that has to wait for others where the actuator stands already; nor is anything of a
+    plan that is not executed yet, or if a request has waited too long, which may break it.
 
     Args:
         task: The task.
@@ -148,7 +149,18 @@ def _may_hold(task: PlanningTask) -> bool:
 
 
 def _has_to_wait(task: PlanningTask, action: TaskAction) -> bool:
-    return any(variable in task.ripening for variable, _ in action.needs)
+    """Tells whether an action where its actuator stands waits for others, and not just briefly."""
+    return any(
+        task.state.values.get(variable) != value or _is_late(task, action.actuator, variable)
+        for variable, value in action.needs
+    )
+
+
+def _is_late(task: PlanningTask, actuator: str, variable: str) -> bool:
+    """Tells whether a variable gets its value long after an actuator is free."""
+    if task.times is None or variable not in task.times.since:
+        return variable in task.ripening
+    return task.times.since[variable] > task.times.free.get(actuator, 0) + _BRIEFLY
 
 
 def _has_failed(task: PlanningTask, actuator: str) -> bool:

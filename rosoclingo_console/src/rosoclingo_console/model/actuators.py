@@ -18,6 +18,7 @@ from typing import Any, Deque, Dict, FrozenSet, List, Mapping, Optional, Sequenc
 from rosclingo.wire.term_text import split_term
 from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.drawing.holds import OperatorDecisions
+from rosoclingo.loop.journal import naming
 from rosoclingo.loop.words import ABORT, INFO, LOST, SOLVER, SUCCESS, TIMEOUT, UNKNOWN
 from rosoclingo_console.model.board import Row
 from rosoclingo_console.model.metrics import OTHER
@@ -64,6 +65,7 @@ class ActuatorTable:
         self._last: Dict[str, ActionBar] = {}
         self._means: Dict[str, float] = {}
         self._doubts: Dict[str, str] = {}  # by actuators, the actions that they did or did not
+        self._answered: Dict[str, Tuple[ActionBar, Dict[str, float]]] = {}  # last, means before
         self._count = 0
         self.answers: Dict[str, int] = {}
 
@@ -86,17 +88,42 @@ class ActuatorTable:
         if bar is None:
             return
         bar.ended, bar.answer = time, value
+        self._answered[source] = bar, {k: n for k, n in self._means.items() if k in (source, "")}
         if value in _DOUBTFUL:
             self._doubts[source] = bar.action
         # A stranger may say anything in the place of an actuator.
-        value_counted = (
-            value if value in self.answers or len(self.answers) < _MOST_VALUES else OTHER
-        )
-        self.answers[value_counted] = self.answers.get(value_counted, 0) + 1
+        counted = value if value in self.answers or len(self.answers) < _MOST_VALUES else OTHER
+        self.answers[counted] = self.answers.get(counted, 0) + 1
         if value == SUCCESS:
             seconds = time - bar.began
             for key in (source, ""):
                 self._means[key] = (1 - _WEIGHT) * self._means.get(key, seconds) + _WEIGHT * seconds
+
+    def take_back(self, reason: str) -> None:
+        """A message was dropped: if it was taken for the last answer of an actuator, it is none.
+
+        Args:
+            reason: Why, which begins with :func:`~rosoclingo.loop.journal.naming` the message.
+        """
+        found = (
+            source
+            for source, (bar, _) in self._answered.items()
+            if reason.startswith(naming(source, bar.answer))
+        )
+        source = next(found, None)
+        if source is None:
+            return
+        bar, means = self._answered.pop(source)
+        counted = bar.answer if bar.answer in self.answers else OTHER
+        self.answers[counted] -= 1
+        for key in (source, ""):
+            self._means.pop(key, None)
+        self._means.update(means)
+        self._doubts.pop(source, None)
+        bar.answer = ""
+        if self._last[source] is bar:
+            bar.ended = None
+            self._acting[source] = bar
 
     def place(self, robot: str) -> str:
         """A message says where a robot is; returns the action that is no longer in doubt."""

@@ -143,6 +143,7 @@ class SystemModel:
             self._place(event)
         elif isinstance(event, journal.MessageDropped):
             self.messages.drop(event.reason, round(time, _DIGITS))
+            self.actuators.take_back(event.reason)
             for value, doubt in self._placed.items():
                 if event.reason.startswith(journal.naming(INFO, value)):
                     self.actuators.doubt(*doubt)

@@ -32,6 +32,7 @@ from rosoclingo.drawing.believed import BeliefHistory
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry
 from rosoclingo.loop.values.phrases import NO_PHRASES, TermPhrases
+from rosoclingo.loop.words import ABORT
 
 _RECENT = 1000  # a message is dropped soon after it has come
 
@@ -122,6 +123,7 @@ class _Reading:
                 entry.seconds, entry.step, event.terms
             ),
             journal.ActionPublished: self._on_action,
+            journal.ActionRetried: self._on_retry,
             journal.Explained: self._on_answer,
             journal.NodeResumed: self._on_resumed,
             journal.LoopEnded: self._on_end,
@@ -293,12 +295,20 @@ class _Reading:
         self.plans.append(self._position)
 
     def _on_action(self, entry: Entry, event: journal.ActionPublished) -> None:
+        if event.action == ABORT:  # the actuator is still at what is aborted
+            return
         actuator = compact(event.actuator)
         index = self._latest.get(actuator)
         if index is not None and self.actions[index].ended is None:
             self.actions[index] = replace(self.actions[index], ended=entry.seconds)
         self._latest[actuator] = len(self.actions)
         self.actions.append(ActionRun(event.actuator, event.action, entry.step, entry.seconds))
+
+    def _on_retry(self, entry: Entry, event: journal.ActionRetried) -> None:
+        index = self._latest.get(compact(event.actuator))
+        if index is not None and self.actions[index].ended is None:
+            ended = replace(self.actions[index], ended=entry.seconds, answer=event.answer)
+            self.actions[index] = ended
 
     def _on_answer(self, entry: Entry, event: journal.Explained) -> None:
         self.answers.append(

@@ -1,0 +1,88 @@
+"""Report and console say the same of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import List, Sequence, Tuple
+
+import pytest
+
+from rosoclingo.bags.model import Recording
+from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.bags.report.statistics import compute
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Entry, Event
+from rosoclingo_console.model.system import SystemModel
+
+BAGS = sorted((Path(__file__).resolve().parents[3] / "test" / "bags").rglob("*.bag"))
+MOST = 200  # actions and ended goals that the console keeps, at least
+
+Story = List[Tuple[str, str, bool, str]]
+
+
+def stories(entries: Sequence[Entry]) -> Tuple[Story, Story]:
+    """Returns how actions and goals end, by the report and by the console."""
+    run = compute(Recording("", tuple(entries)))
+    model = SystemModel()
+    for entry in entries:
+        model.hear(entry)
+    told = [
+        (action.actuator, action.name, action.ended is None, action.answer)
+        for action in run.actions
+        if action.actuator != "solver"
+    ]
+    shown = [
+        (bar["actuator"], bar["action"], bar["ended"] is None, bar["answer"])
+        for bar in model.actuators.bars().values()
+    ]
+    goals = model.goals.rows(model.actuators.plan.times)
+    told_goals = [
+        ("", goal.request, goal.ended is None, goal.reason)
+        for goal in run.goals
+        if goal.id in goals
+    ]
+    shown_goals = [
+        ("", goal["request"], goal["ended"] is None, goal["reason"]) for goal in goals.values()
+    ]
+    return [*told[-MOST:], *sorted(told_goals)], [*shown, *sorted(shown_goals)]
+
+
+A, M = journal.ActionPublished, journal.MessageArrived
+
+
+@pytest.mark.parametrize(
+    ("events", "story"),
+    [
+        (
+            [A("r", "go(2)"), journal.ActionRetried("r", "go(2)", 1, "failure"), A("r", "go(2)"),
+             M("r", "success")],
+            [("r", "go(2)", False, "failure"), ("r", "go(2)", False, "success")],
+        ),
+        (
+            [A("r", "go(2)"), M("r", "strange"),
+             journal.MessageDropped(f"{journal.naming('r', 'strange')}it is unknown")],
+            [("r", "go(2)", True, "")],
+        ),
+        (
+            [A("r", "go(2)"), M("r", "strange"),
+             journal.MessageDropped(f"{journal.naming('r', 'strange')}it is unknown"),
+             M("r", "success")],
+            [("r", "go(2)", False, "success")],
+        ),
+        ([A("r", "go(2)"), A("r", "abort"), M("r", "failure")], [("r", "go(2)", False, "failure")]),
+        ([A("r", "go(2)"), A("r", "go(3)")], [("r", "go(2)", False, ""), ("r", "go(3)", True, "")]),
+    ],
+)  # fmt: skip
+def test_actions_end_alike(events: Sequence[Event], story: Story) -> None:
+    all_events = [journal.GoalArrived("g", "visit(3)"), *events]
+    entries = [Entry(event, 1, 3, n, float(n)) for n, event in enumerate(all_events, 1)]
+    told, shown = stories(entries)
+    assert told == shown
+    assert told == [*story, ("", "visit(3)", True, "")]
+
+
+@pytest.mark.parametrize("bag", BAGS, ids=lambda bag: str(bag.relative_to(bag.parents[1])))
+def test_bags_are_told_alike(bag: Path) -> None:
+    told, shown = stories(read_recording(bag).entries)
+    assert told == shown
+    assert told or "static" in bag.name
