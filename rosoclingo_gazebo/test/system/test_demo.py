@@ -34,6 +34,26 @@ NEAR_METRES = 1.0
 TOUCHES = "data: True"
 
 
+WITHOUT_MATPLOTLIB = """
+import sys; sys.modules["matplotlib"] = None  # importing it fails
+from types import SimpleNamespace
+from rosoclingo_gazebo.ros.fleet_demo import FleetDemo
+from rosoclingo_gazebo.ros.program import run_demo
+
+class Delivered(FleetDemo):
+    def __init__(self):
+        self.story = SimpleNamespace(there=True, members={}, summary=str)
+
+    def run(self):
+        return []
+
+    def lines(self, seconds):
+        return ["all is delivered"]
+
+run_demo("demo", "", Delivered)
+"""
+
+
 class Step(NamedTuple):
     """A line of the demo: an action, its end, and where the robot was then, in metres."""
 
@@ -82,6 +102,15 @@ def test_the_demo(terminals: Terminals, tmp_path: Path) -> None:
     assert failed == ["go(c4)"]
     assert impossible(office, bag, Map.read(INSTANCES / "graph_wg.lp")) == []
     assert TOUCHES not in touches.output
+
+
+def test_without_matplotlib_there_is_no_picture(terminals: Terminals) -> None:
+    demo = terminals.run("python", "-c", WITHOUT_MATPLOTLIB)
+    assert demo.wait() == 0, demo.output
+    assert "all is delivered" in demo.output
+    assert "no picture: " in demo.output
+    assert "pictures need matplotlib" in demo.output
+    assert "-m pip install 'matplotlib>=3.6'" in demo.output
 
 
 @pytest.mark.costly

@@ -315,7 +315,7 @@ class Desk(DeskSimulation):
 
 def _draw(chosen: argparse.Namespace, desk: Desk, plan: ShownPlan) -> None:
     title = " ".join(goal.request for goal in desk.goals) or "plan"
-    with picture_errors(chosen.picture, "--picture"):
+    with picture_errors(chosen.picture):
         # It takes a second, and who wants no picture need not have matplotlib.
         from rosoclingo.desk.picture import draw_plan, draw_run  # noqa: PLC0415 (see above)
 

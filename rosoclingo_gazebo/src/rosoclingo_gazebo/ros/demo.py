@@ -16,13 +16,13 @@ from nav_msgs.msg import Odometry
 
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import subscriber
+from rosoclingo.drawing.errors import picture_errors
 from rosoclingo.loop.journal import Record, decode
 from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_examples.orders import Orders
 from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_gazebo.demo.carried_robot import CarriedRobot
-from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import DEMO_ROBOT, DemoStory
 from rosoclingo_gazebo.demo.third_scenario import ThirdScenario
 from rosoclingo_gazebo.ros.killer import Killer
@@ -109,6 +109,7 @@ class Demo:
 
         Raises:
             OSError: They cannot be written.
+            PictureError: matplotlib is missing.
         """
         trace = self.story.trace
         if not trace.path:
@@ -117,9 +118,10 @@ class Demo:
             f"{self._orders.summary()} on {trace.metres:.0f} m in {trace.seconds:.0f} s: "
             f"{self.story.title}{self._killed()}"
         )
-        return draw(
-            self._floor, self._places, {DEMO_ROBOT: trace}, title, folder / _FILES[self._name]
-        )
+        file = folder / _FILES[self._name]
+        with picture_errors(file):
+            from rosoclingo_gazebo.demo.picture import draw  # noqa: PLC0415 (needs matplotlib)
+        return draw(self._floor, self._places, {DEMO_ROBOT: trace}, title, file)
 
     def _killed(self) -> str:
         return f", {self.story.killed} nodes killed" if self.story.killed else ""

@@ -14,6 +14,7 @@ from nav_msgs.msg import Odometry
 
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import subscriber
+from rosoclingo.drawing.errors import picture_errors
 from rosoclingo.drawing.graph import read_graph
 from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
@@ -21,7 +22,6 @@ from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.orders import Orders
 from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
-from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.ros.program import run_demo, wait_for
 from rosoclingo_simulator.physics.occupancy import read_map
 
@@ -94,12 +94,16 @@ class FleetDemo:
 
         Raises:
             OSError: They cannot be written.
+            PictureError: matplotlib is missing.
         """
         if not self.story.there:
             return []
         traces = {name: member.trace for name, member in self.story.members.items()}
         title = self.story.summary()
-        return draw(self._floor, self._places, traces, title, folder / "fleet")
+        file = folder / "fleet"
+        with picture_errors(file):
+            from rosoclingo_gazebo.demo.picture import draw  # noqa: PLC0415 (needs matplotlib)
+        return draw(self._floor, self._places, traces, title, file)
 
     def _ready(self) -> bool:
         connected = all(topic.get_num_connections() for topic in self._topics)
