@@ -11,10 +11,10 @@ import threading
 from collections import Counter, deque
 from typing import Callable, Deque, Dict, List, Sequence, Set
 
+from journal_validator import JournalValidator
 from rosoclingo.loop import journal
 from rosoclingo.loop.words import SUCCESS
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
-from rosoclingo_gazebo.demo.journal_validator import JournalValidator
 from soak_alarms import Alarm, AlarmJudge, Order
 from soak_latencies import ACKNOWLEDGED, BUSY, SoakLatencies, slow_down
 from soak_records import Incident, Violation, WatchedGoal, WatchedNode

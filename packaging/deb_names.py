@@ -24,8 +24,6 @@ LIBRARY_KEYS = {
     "aiohttp": "python3-aiohttp",
     "clingo": "python3-clingo-pip",
     "defusedxml": "python3-defusedxml",
-    "matplotlib": "python3-matplotlib",
-    "mujoco": "python3-mujoco-pip",
     "numpy": "python3-numpy",
     "Pillow": "python3-pil",
     "rosbags": "python3-rosbags-pip",
@@ -54,7 +52,8 @@ _OTHERS: Dict[str, Tuple[str, ...]] = {
 
 # What users type beside our nodes, with how the documents call the interpreter.
 _TOOLS = ("rosbash", "rosnode", "rosparam", "rosservice", "rostopic")
-_RECOMMENDED = {"rosoclingo_simulator": ("libegl1", "libgl1", "libgl1-mesa-dri")}
+# For pictures; that of Ubuntu 20.04 is too old. MuJoCo is not among apt's packages.
+_RECOMMENDED = {"rosoclingo": "python3-matplotlib", "rosoclingo_gazebo": "python3-matplotlib"}
 
 
 class UnknownKeyError(Exception):
@@ -104,7 +103,7 @@ def recommended(package: str, system: System) -> List[str]:
         package: Name of the catkin package.
         system: Where it is to be installed.
     """
-    names = list(_RECOMMENDED.get(package, ()))
+    names = [_RECOMMENDED[package]] if package in _RECOMMENDED and system is System.DEBIAN else []
     if package == "rosclingo":
         if system is System.NOETIC:
             names += [deb_name(tool, system) for tool in _TOOLS]

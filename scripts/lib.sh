@@ -47,12 +47,16 @@ apt_packages() {
   fi
   echo build-essential cmake cython3 python3-dev python3-venv
   # What cv_bridge and others of apt are built for; pip gets what apt's are too old for.
-  echo python3-aiohttp python3-cffi python3-defusedxml python3-hypothesis python3-lz4 python3-matplotlib python3-numpy python3-pil python3-ruamel.yaml \
-    python3-scipy python3-shapely python3-skimage
-  # OpenGL without a display, for the camera of the simulator with MuJoCo.
-  echo libegl1 libgl1 libgl1-mesa-dri
+  echo python3-aiohttp python3-cffi python3-defusedxml python3-hypothesis python3-lz4 python3-numpy python3-pil \
+    python3-ruamel.yaml python3-scipy python3-shapely python3-skimage
   # ROS looks up localhost and the machine's own name, which not every /etc/hosts has.
   getent -s files hosts localhost "$(uname -n)" >/dev/null || echo libnss-myhostname
+}
+
+# Prints the apt packages that are recommended: for pictures, and OpenGL without a display for the camera of the simulator
+# with MuJoCo.
+apt_packages_recommended() {
+  echo python3-matplotlib libegl1 libgl1 libgl1-mesa-dri
 }
 
 # Prints the apt packages that only tests need.
@@ -69,7 +73,7 @@ apt_packages_for_tests() {
 # Prints the apt packages that only scripts/package needs. Of what is for Python, the Debian packages take from apt what
 # is here; they bring along the rest.
 apt_packages_for_packages() {
-  echo debhelper dh-python dpkg-dev fakeroot lintian python3-all python3-catkin-pkg python3-setuptools python3-opengl
+  echo debhelper dh-python dpkg-dev fakeroot lintian python3-all python3-catkin-pkg python3-setuptools
 }
 
 # Installs apt packages that are missing.

@@ -127,6 +127,44 @@ def test_each_form_of_an_import_is_seen(line: str, tmp_path: Path) -> None:
     assert any(map(needs_ros, imports(file)))
 
 
+def loaded_with(file: Path) -> Iterator[str]:
+    """Yields the modules that a file imports outside of functions."""
+    for node in ast.parse(file.read_text()).body:
+        if isinstance(node, ast.Try):
+            yield from (
+                name.name for one in node.body if isinstance(one, ast.Import) for name in one.names
+            )
+        elif isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{name.name}" for name in node.names)
+
+
+def test_recommended_libraries_are_loaded_only_when_they_are_used() -> None:
+    """By modules that draw, or are for MuJoCo; the others import those in functions."""
+    loads = {
+        ".".join(file.relative_to(ROOT).with_suffix("").parts[2:]): [*loaded_with(file)]
+        for file in sorted(ROOT.glob("*/src/**/*.py"))
+    }
+    found = {"matplotlib", "mujoco"}
+    while True:
+        more = {
+            module
+            for module, targets in loads.items()
+            if any(
+                target == one or target.startswith(f"{one}.") for target in targets for one in found
+            )
+        }
+        if more <= found:
+            break
+        found |= more
+    last = {module.rpartition(".")[2] for module in found}
+    assert last == {
+        "matplotlib", "canvas", "picture", "mujoco", "headless", "mujoco_physics", "rendering",
+        "camera",
+    }  # fmt: skip
+
+
 def test_libraries_are_patched_in_one_place() -> None:
     files = [file for package in FLOORS for file in modules(package)]
     wrong = {file for file in files if any(name.startswith(PRIVATE) for name in imports(file))}

@@ -148,6 +148,18 @@ def test_recommended() -> None:
     assert "python3-rostopic" in recommended("rosclingo", System.DEBIAN)
     assert "ros-noetic-rostopic" in recommended("rosclingo", System.NOETIC)
     assert recommended("rosoclingo_rviz", System.DEBIAN) == []
+    for package in ("rosoclingo", "rosoclingo_gazebo"):
+        assert recommended(package, System.DEBIAN) == ["python3-matplotlib"]
+        assert recommended(package, System.NOETIC) == []
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=NAMES)
+def test_what_is_recommended_is_not_needed(package: Package) -> None:
+    needed = {str(dep) for dep in package.exec_depends}
+    assert not needed & {"python3-matplotlib", "python3-mujoco-pip"}
+    optional = read_requirements(ROOT / "requirements-recommended.txt")
+    assert set(optional) == {"matplotlib", "mujoco"}
+    assert not set(optional) & set(REQUIREMENTS)
 
 
 @pytest.fixture

@@ -19,7 +19,10 @@ ROOT = Path(__file__).resolve().parents[1]
 @pytest.mark.parametrize(
     ("command", "pieces"),
     [
-        (("setup", "--tests"), ["usage: scripts/setup [--test | --bench | --docs]"]),
+        (
+            ("setup", "--tests"),
+            ["usage: scripts/setup [--no-recommended | --test | --bench | --docs]"],
+        ),
         (("test", "unit"), ["'unit'", "system whole browser"]),
         (("test", "--again", "units"), ["--again needs a number"]),
         (("test", "--part", "7", "units"), ["--part needs a number from 1 to 6"]),
@@ -183,7 +186,7 @@ def test_who_lives_in_private_parts_has_limits(library: str) -> None:
 
 def test_rosdep_installs_what_is_required() -> None:
     """It names no versions: rosdep looks for what it has installed by the text that is here."""
-    files = [ROOT / "requirements.txt", ROOT / "requirements-test.txt"]
+    files = [ROOT / f"requirements{kind}.txt" for kind in ("", "-recommended", "-test")]
     text = "".join(file.read_text() for file in files)
     required = re.findall(r"^\w[\w-]*", text, re.MULTILINE)
     keys = yaml.safe_load((ROOT / "rosdep.yaml").read_text())

@@ -1,4 +1,4 @@
-"""Words that TAB offers in bash, of an encoding and of a system, quoted so that nothing runs."""
+"""Requests and messages of an encoding, read by another process."""
 
 from __future__ import annotations
 
@@ -6,11 +6,8 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import List, Sequence, Tuple
+from typing import List
 
-import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from waiting import wait_for
 
 from rosclingo.solver.about import about
@@ -18,16 +15,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosclingo.solver.programs import Program
 from rosoclingo.completion.encoding import read_encoding
-from rosoclingo.completion.questions import question_words
-from rosoclingo.completion.shell_line import parse_shell_line
 from rosoclingo.launched.about import Launched
-
-LINE = Path(__file__).resolve().parents[2] / "example" / "line.lp"
-BREAKS = " \t\n\"'><=;|&(:"  # bash's own
-HOSTILE = [
-    'say("$(touch x)")', 'say("`touch x`")', "say(\"it's\")", 'say("a b")', 'say("!!")',
-    'say("\\\\")', 'say("\\"")', 'say(";&|<>*?~#")', "-1", "visit(3)",
-]  # fmt: skip
 
 
 def launched(file: Path) -> Launched:
@@ -85,64 +73,3 @@ def grounds(pid: int) -> bool:
         )
     except OSError:
         return False
-
-
-@pytest.mark.parametrize(
-    ("words", "begun", "offered"),
-    [
-        ([], "--", ["--goal", "--action", "--instead", "--if", "--happened", "--json", "--help"]),
-        (["--goal"], "", ["1", "visit(3)"]),
-        ([], "--goal=", ["--goal=1", "--goal=visit(3)"]),
-        (["--action"], "do(", ["do(robot,go(2),1)"]),
-        (["--if"], "", []),
-        (
-            ["--goal", "1"],
-            "",
-            ["--goal", "--action", "--instead", "--if", "--happened", "--json", "--help"],
-        ),
-    ],
-)
-def test_words_of_questions(words: List[str], begun: str, offered: Sequence[str]) -> None:
-    known = {"--goal": ["1", "visit(3)"], "--action": ["do(robot,go(2),1)"]}
-    assert list(question_words(words, begun, lambda option: known[option])) == offered
-
-
-@pytest.mark.parametrize(
-    ("line", "words", "begun", "kept"),
-    [
-        ("a b ", ("a", "b"), "", 0),
-        ("a --if goal:vi", ("a", "--if"), "goal:vi", 5),
-        ("a --goal=vi", ("a",), "--goal=vi", 7),
-        ("a 'x y' \"z\\\"", ("a", "x y"), 'z"', 0),
-        ("a vis\\(3", ("a",), "vis(3", 0),
-        ("a 'goal:vi", ("a",), "goal:vi", 0),
-        ("a ''", ("a",), "", 0),
-        ("a '' ", ("a", ""), "", 0),
-        ("a \\", ("a",), "", 0),
-    ],
-)
-def test_a_line_is_parsed(line: str, words: Tuple[str, ...], begun: str, kept: int) -> None:
-    typed = parse_shell_line(line, BREAKS)
-    assert (typed.words, typed.begun, typed.kept) == (words, begun, kept)
-
-
-@pytest.mark.parametrize("word", HOSTILE)
-@pytest.mark.parametrize("quote", ["", "'", '"'])
-def test_bash_takes_what_is_inserted_for_text(word: str, quote: str, tmp_path: Path) -> None:
-    (inserted,) = parse_shell_line(f"x {quote}", BREAKS).insertions([word])
-    said = subprocess.check_output(
-        ["bash", "-c", f"printf %s {quote}{inserted}{quote}"], text=True, cwd=tmp_path
-    )
-    assert said == word
-    assert not list(tmp_path.iterdir())
-
-
-@given(st.text("ab'\"\\$`!: (),;", max_size=8), st.sampled_from(["", "'", '"']))
-def test_what_is_inserted_is_read_back(word: str, quote: str) -> None:
-    (inserted,) = parse_shell_line(f"x {quote}", BREAKS).insertions([word])
-    assert parse_shell_line(f"x {quote}{inserted}", BREAKS).begun == word
-    assert parse_shell_line(f"x {quote}{inserted}{quote} ", BREAKS).words == ("x", word)
-
-
-def test_nothing_is_offered_that_a_terminal_would_take_for_commands() -> None:
-    assert parse_shell_line("x ", BREAKS).insertions(['say("\x1b[2J")', "a\nb"]) == []

@@ -465,6 +465,23 @@ def test_a_picture_that_cannot_be_drawn(plan: Any, tmp_path: Path) -> None:
         plan(LINE, "--goal", "visit(2)", "--picture", str(tmp_path / "plan.bmp"))
 
 
+def test_without_matplotlib_all_but_pictures_works(tmp_path: Path) -> None:
+    program = "import sys; sys.modules['matplotlib'] = None\nfrom rosoclingo.desk.plan import main"
+    command = [sys.executable, "-c", f"{program}; main()", LINE, "--goal", "visit(3)", "--simulate"]
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([*command, *arguments], capture_output=True, text=True, check=False)
+
+    assert (run().returncode, run().stderr) == (0, "")
+    file = tmp_path / "run.svg"
+    said = run("--picture", str(file))
+    assert said.returncode == 2
+    assert "goal 1, visit(3): succeeded" in said.stdout
+    assert f"{file}: pictures need matplotlib, which cannot be loaded" in said.stderr
+    assert f"install it: {sys.executable} -m pip install 'matplotlib>=3.6'" in said.stderr
+    assert "Traceback" not in said.stderr
+
+
 def texts(file: Path) -> List[str]:
     """Returns the texts of a picture; matplotlib notes each before it draws it."""
     return re.findall(r"<!-- (\S.*?) -->", file.read_text())

@@ -401,7 +401,8 @@ def test_what_is_no_bag_ends_the_program_with_a_message(
 
 
 @pytest.mark.parametrize(
-    ("modules", "reason"), [((), "bmp"), (("matplotlib.collections",), "pip install")]
+    ("modules", "reason"),
+    [((), "bmp"), (("matplotlib.collections",), "-m pip install 'matplotlib>=3.6'")],
 )
 def test_a_picture_that_cannot_be_drawn(
     tmp_path: Path,

@@ -158,6 +158,7 @@ def test_without_mujoco_it_says_what_to_install(
     path = terminals.environment.get("PYTHONPATH", "")
     terminals.environment["PYTHONPATH"] = f"{tmp_path}:{path}"
     simulator = terminals.run(*SIMULATOR, "_physics:=mujoco")
-    assert "pip install 'mujoco>=3.1'" in simulator.output
+    assert "~physics:=mujoco needs MuJoCo, which cannot be loaded" in simulator.output
+    assert "-m pip install 'mujoco>=3.1'" in simulator.output
     assert simulator.wait() == 2
     assert "Traceback" not in simulator.output

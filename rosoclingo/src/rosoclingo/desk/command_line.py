@@ -118,10 +118,11 @@ def make_parser() -> OptionParser:
         help=f"how long to look why there is no plan; by default {_WHY_SECONDS:g}, and 0 for "
         "not at all")  # fmt: skip
     add("--profile", action="store_true",
-        help="say where the time goes: into which horizons, predicates and rules")  # fmt: skip
+        help="say how long grounding and searches took, and what was grounded: the atoms of each "
+        "predicate and the instances of each statement")  # fmt: skip
     add("--profile-seconds", type=number_type(), default=None, metavar="S",
-        help=f"when a profile ends the planning, as Ctrl-C does; by default {_PROFILE_SECONDS:g}, "
-        "and 0 for when that is through")  # fmt: skip
+        help=f"when a profile ends the planning; by default {_PROFILE_SECONDS:g}, and 0 for when "
+        "that is through")  # fmt: skip
     add("--json", action="store_true", help="print plan, goals and journal as JSON")
     add("--picture", type=Path, metavar="FILE", help="draw the plan or the run; .svg, .png, .pdf")
     return parser

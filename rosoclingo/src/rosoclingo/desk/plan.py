@@ -6,15 +6,16 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import json
 import signal
 import sys
-from functools import lru_cache
+import threading
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, NoReturn, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.desk.command_line import parse, simulated
@@ -35,8 +36,8 @@ from rosoclingo.loop.values.snapshot import encode
 
 # What only some options need is imported with them: all of it takes as long as a small task.
 if TYPE_CHECKING:
-    from rosoclingo.desk.profiling import Profiler
     from rosoclingo.desk.story import RunStory
+    from rosoclingo.profile.measuring import SolverTrace
     from rosoclingo.profile.text import Profile
     from rosoclingo.why.question import WhyAnswer
 
@@ -69,27 +70,37 @@ def run(arguments: Sequence[str]) -> int:
     chosen = parse(arguments)
     if chosen.seed_planner is not None:
         say("warning", "--seed-planner has no effect any more: first plans come from rosoclingo")
-    profiler: Optional[Profiler] = None
+    trace: Optional[SolverTrace] = None
+    make_engine: Callable[..., Engine] = Engine
     if chosen.profile:
-        from rosoclingo.desk.profiling import BlockTimeLimit, Profiler  # noqa: PLC0415 (see above)
+        from rosoclingo.profile.measuring import MeasuredEngine, SolverTrace  # noqa: PLC0415
 
-        profiler = Profiler(chosen.options)
-    make_engine = Engine if profiler is None else profiler.make_engine
+        trace = SolverTrace()
+        make_engine = partial(MeasuredEngine, trace=trace)
     parts = make_parts(
         chosen.mode, chosen.options, chosen.mode_options, log=_warn, engine=make_engine
     )
     desk = Desk(parts.loop, chosen)
-    if profiler:
-        profiler.trace.horizon = lambda: desk.loop.state.horizon
-    limit = BlockTimeLimit(chosen.profile_seconds, desk.close) if profiler else None
-    with limit or contextlib.nullcontext(), ProgressPrinter(lambda: _place(desk, profiler)):
+    is_cut_off = threading.Event()
+
+    def cut_off() -> None:
+        is_cut_off.set()
+        desk.close()
+
+    limit = threading.Timer(chosen.profile_seconds, cut_off)
+    limit.name = "time limit"
+    limit.daemon = True
+    if trace is not None and chosen.profile_seconds > 0:
+        limit.start()
+    with ProgressPrinter(lambda: _place(desk)):
         failure = desk.run()
         desk.take_situation(failure)
-    if limit and limit.is_over:
+    limit.cancel()
+    if is_cut_off.is_set():
         wrong, why, answers = [], [_cut_off(chosen, desk)], []  # type: _Said
     else:
         wrong, why, answers = _judge(chosen, desk, failure)
-    profile = profiler.profile() if profiler else None
+    profile = _profile(chosen.options, trace) if trace is not None else None
     desk.finish(wrong, why, answers, profile)
     if chosen.picture is not None and desk.plan is not None:
         _draw(chosen, desk, desk.plan)
@@ -127,21 +138,27 @@ def _cut_off(chosen: argparse.Namespace, desk: Desk) -> str:
     """Says that the time for a profile was over."""
     what = "the simulation was" if desk.plan else "planning was"
     return (
-        f"{what} ended with a horizon of {desk.loop.state.horizon} steps, by Ctrl-C or after "
+        f"{what} ended with a horizon of {desk.loop.state.horizon} steps, after "
         f"{chosen.profile_seconds:g} s, as --profile-seconds says; the profile is of what was done "
         "until then"
     )
+
+
+def _profile(options: Options, trace: SolverTrace) -> Profile:
+    from rosoclingo.profile.counting import count  # noqa: PLC0415 (see above)
+    from rosoclingo.profile.text import Profile  # noqa: PLC0415
+
+    with ProgressPrinter(lambda: "counting what was grounded"):
+        return Profile(trace, count(options, trace.commands))
 
 
 def _phrases(chosen: argparse.Namespace) -> TermPhrases:
     return TermPhrases.read(parse_files(chosen.options.files).texts.values())
 
 
-def _place(desk: Desk, profiler: Optional[Profiler]) -> str:
-    """Says how far the loop is, and what the planner does."""
-    doing = profiler.trace.doing if profiler else ""
-    place = f"step {desk.loop.state.step}, horizon {desk.loop.state.horizon}"
-    return f"{place}, {doing}" if doing else place
+def _place(desk: Desk) -> str:
+    """Says how far the loop is."""
+    return f"step {desk.loop.state.step}, horizon {desk.loop.state.horizon}"
 
 
 class Desk(DeskSimulation):
@@ -298,7 +315,7 @@ class Desk(DeskSimulation):
 
 def _draw(chosen: argparse.Namespace, desk: Desk, plan: ShownPlan) -> None:
     title = " ".join(goal.request for goal in desk.goals) or "plan"
-    with picture_errors(chosen.picture, "--picture"):
+    with picture_errors(chosen.picture):
         # It takes a second, and who wants no picture need not have matplotlib.
         from rosoclingo.desk.picture import draw_plan, draw_run  # noqa: PLC0415 (see above)
 

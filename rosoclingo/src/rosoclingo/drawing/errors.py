@@ -7,6 +7,9 @@ from pathlib import Path
 from typing import Iterator
 
 from rosclingo.errors import RosclingoError
+from rosclingo.libraries import install_command
+
+_MATPLOTLIB = "matplotlib>=3.6"
 
 
 class PictureError(RosclingoError):
@@ -18,12 +21,11 @@ class GraphError(RosclingoError):
 
 
 @contextmanager
-def picture_errors(file: Path, option: str) -> Iterator[None]:
+def picture_errors(file: Path) -> Iterator[None]:
     """Returns a context in which matplotlib is imported, and a picture drawn with it.
 
     Args:
         file: The picture.
-        option: The option of the command line that asks for it.
 
     Raises:
         PictureError: matplotlib is missing, or draws no pictures of this ending.
@@ -31,6 +33,9 @@ def picture_errors(file: Path, option: str) -> Iterator[None]:
     try:
         yield
     except ImportError as err:
-        raise PictureError(f"{file}: {err}; pip install 'matplotlib>=3.6', or no {option}") from err
+        raise PictureError(
+            f"{file}: pictures need matplotlib, which cannot be loaded ({err}); install it: "
+            f"{install_command(_MATPLOTLIB)}"
+        ) from err
     except ValueError as err:
         raise PictureError(f"{file}: {err}; .png is a good ending") from err

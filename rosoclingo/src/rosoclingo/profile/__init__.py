@@ -1,1 +1,1 @@
-"""Profiles planning: times, ground instances of each statement, and advice."""
+"""Profiles planning: times, atoms by predicate, and ground instances by statement."""

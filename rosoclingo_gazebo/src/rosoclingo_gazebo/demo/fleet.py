@@ -1,11 +1,11 @@
-"""Narrates and checks the deliveries of a fleet, line by line."""
+"""Narrates the deliveries of a fleet, line by line."""
 
 from __future__ import annotations
 
 import random
 import threading
 from dataclasses import dataclass, field
-from typing import Dict, List, Mapping, Sequence, Tuple
+from typing import Dict, Iterable, List, Mapping, Sequence, Set, Tuple
 
 from rosoclingo.loop.journal import (
     ActionPublished,
@@ -16,9 +16,8 @@ from rosoclingo.loop.journal import (
     StatusSet,
 )
 from rosoclingo.loop.words import SUCCESS
-from rosoclingo_aspprograms.validator import Map, arguments
+from rosoclingo_aspprograms.validator import arguments
 from rosoclingo_examples.orders import Bring
-from rosoclingo_gazebo.demo.journal_validator import JournalValidator
 from rosoclingo_gazebo.demo.trace import DriveEventKind, DriveTrace, TracePoint
 
 _PAUSE_SECONDS = 12.0  # of simulated time, between two requests on average
@@ -81,28 +80,28 @@ class FleetMember:
 
 
 class FleetStory:
-    """Narrates a fleet's deliveries, and checks them. Thread-safe.
+    """Narrates a fleet's deliveries. Thread-safe.
 
     Attributes:
         members: The robots by name.
     """
 
-    def __init__(self, graph: Map, places: Mapping[str, TracePoint]) -> None:
+    def __init__(self, robots: Iterable[str], places: Mapping[str, TracePoint]) -> None:
         """Starts before the first event.
 
         Args:
-            graph: The map, with the robots, that actions are checked against.
+            robots: The robots' names.
             places: Where the waypoints are, in metres.
         """
         self._lock = threading.RLock()  # guards all below
-        self.members = {robot: FleetMember() for robot in graph.starts}
+        self.members = {robot: FleetMember() for robot in robots}
         self._places = places
-        self._journal = JournalValidator(graph)
-        self._validator = self._journal.validator
         self._packages: Dict[str, str] = {}  # by goal
+        self._open: Dict[str, Sequence[str]] = {}  # the terms of the requests, by goal
+        self._over: Set[str] = set()  # goals that have ended
+        self._slots: Dict[str, str] = {}  # the goals of the slots
         self._begin = 0.0
         self._end = 0.0
-        self._touched: List[str] = []
 
     @property
     def there(self) -> bool:
@@ -114,7 +113,7 @@ class FleetStory:
     def open(self) -> int:
         """The number of open requests, of all clients."""
         with self._lock:
-            return sum(not goal.ended for goal in self._validator.goals.values())
+            return len(self._open)
 
     @property
     def seconds(self) -> float:
@@ -139,30 +138,21 @@ class FleetStory:
         with self._lock:
             self.members[robot].move(seconds, place, speed)
 
-    def touches(self, robot: str) -> None:
-        """Records that a robot touches something."""
-        with self._lock:
-            self._touched.append(robot)
-
     def learns(self, event: Event) -> None:
         """The planning loop's journal has one more event."""
         with self._lock:
-            self._journal.learns(event)
             if isinstance(event, GoalArrived):
                 self._packages[event.goal] = " ".join(event.information) or event.request
-                self._ask(event.goal, arguments(event.request, "bring"))
+                terms = arguments(event.request, "bring")
+                self._ask(event.goal, terms)
+                if event.goal not in self._over:
+                    self._open[event.goal] = terms
             elif isinstance(event, ActionPublished):
                 self.members[event.actuator].action = event.action
             elif isinstance(event, MessageArrived) and event.source in self.members:
                 self._ends(event.source, event.value)
-            elif isinstance(event, StatusSet) and event.status is Status.SUCCEEDED:
-                self._end = self._now()
-
-    def wrong(self) -> List[str]:
-        """Returns the faults, when nothing is expected to happen any more."""
-        with self._lock:
-            wrong = self._validator.finish()
-            return wrong + [f"{robot} has touched something" for robot in self._touched]
+            elif isinstance(event, StatusSet):
+                self._set_status(event)
 
     def lines(self) -> List[str]:
         """Returns a summary for each robot, and for all together."""
@@ -196,6 +186,16 @@ class FleetStory:
         where, when = f"from {terms[0]} to {terms[1]}", "".join(f", {term}" for term in terms[2:])
         self._say("", f"asked to bring {package} {where}{when}")
 
+    def _set_status(self, event: StatusSet) -> None:
+        if event.status is Status.ACCEPTED:
+            self._slots[event.slot] = event.goal
+        elif event.status.is_terminal:
+            self._over.add(event.goal)  # perhaps before the loop takes it
+            self._open.pop(event.goal, None)
+            self._slots.pop(event.slot, None)
+        if event.status is Status.SUCCEEDED:
+            self._end = self._now()
+
     def _ends(self, robot: str, answer: str) -> None:
         member = self.members[robot]
         action, member.action = member.action, ""
@@ -205,12 +205,23 @@ class FleetStory:
             self._say(robot, f"{action} fails")
         for kind, name in ((DriveEventKind.PICKUP, "pickup"), (DriveEventKind.DELIVERY, "deliver")):
             for slot in arguments(action, name) if answer == SUCCESS else ():
-                package = self._packages.get(self._journal.slots.get(slot, ""), f"package {slot}")
+                office = min(self._places, key=lambda name: trace.distance(self._places[name]))
+                package = self._package(slot, office)
                 member.deliveries += kind is DriveEventKind.DELIVERY
-                office = self._validator.positions[robot]
                 trace.happen(kind, package, self._places[office])
                 word = "picks up" if kind is DriveEventKind.PICKUP else "delivers"
                 self._say(robot, f"{word} {package} at {office}")
+
+    def _package(self, slot: str, office: str) -> str:
+        """Returns the package of a slot, in an office.
+
+        A robot may pick it up before its goal is accepted. Until then, it is the oldest one there.
+        """
+        if slot not in self._slots:
+            known = self._slots.values()
+            here = (goal for goal, terms in self._open.items() if terms[:1] == [office])
+            self._slots[slot] = next((goal for goal in here if goal not in known), "")
+        return self._packages.get(self._slots[slot], f"package {slot}")
 
     def _say(self, robot: str, what: str) -> None:
         print(f"{self._now() - self._begin:6.0f} s  {robot:9} {what}", flush=True)

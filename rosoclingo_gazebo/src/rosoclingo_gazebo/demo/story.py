@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import threading
-from typing import Callable, Dict, List, Sequence, Set
+from typing import Callable, Dict, Sequence, Set
 
 from rosoclingo.loop.journal import (
     ActionPublished,
@@ -24,7 +24,7 @@ DEMO_ROBOT = "mailbot"
 class DemoStory:
     """Narrates a drive. Thread-safe.
 
-    A subclass says what is asked for and when, and what is expected.
+    A subclass says what is asked for and when.
 
     Attributes:
         obstacle: The command for an obstacle in the simulator of which nobody is told; empty for
@@ -53,12 +53,10 @@ class DemoStory:
         self._asked = 0
         self._goals: Dict[str, Bring] = {}  # by their ids
         self._statuses: Dict[str, Status] = {}
-        self._actions: List[str] = []
+        self._actions = 0
         self._running = ""
         self._begin = 0.0
         self._shown: Set[str] = set()
-        self._failures: List[str] = []
-        self._touched = False
 
     def begins(self, places: Dict[str, TracePoint]) -> None:
         """All is ready, and the first request is sent.
@@ -73,11 +71,6 @@ class DemoStory:
         """The robot is at a place, in metres, at a time, in seconds of simulated time."""
         with self._lock:
             self.trace.move(seconds, place)
-
-    def touches(self) -> None:
-        """Records that the robot touches something."""
-        with self._lock:
-            self._touched = True
 
     def kills(self, node: str) -> None:
         """A node was killed."""
@@ -101,7 +94,7 @@ class DemoStory:
             if isinstance(event, ActionPublished) and event.actuator == DEMO_ROBOT:
                 self._running = event.action
                 self._begin = self.trace.seconds
-                self._actions.append(event.action)
+                self._actions += 1
             elif isinstance(event, MessageArrived) and event.source == DEMO_ROBOT:
                 self._end(event.value, record.horizon)
             elif isinstance(event, GoalArrived):
@@ -119,11 +112,6 @@ class DemoStory:
                 goal in self._statuses and self._statuses[goal].is_terminal for goal in self._goals
             )
 
-    def wrong(self) -> List[str]:
-        """Returns the faults, when nothing is expected to happen any more."""
-        with self._lock:
-            return ["the robot has touched something"] if self._touched else []
-
     def request_next(self) -> None:
         """Sends the next request."""
         bring = self._orders[self._asked]
@@ -134,14 +122,13 @@ class DemoStory:
     def _end(self, answer: str, horizon: int) -> None:
         action = self._running
         x, y = self.trace.path[-1]
-        steps = f"{len(self._actions)} of {max(horizon, len(self._actions))}"
+        steps = f"{self._actions} of {max(horizon, self._actions)}"
         seconds = self.trace.seconds - self._begin
         print(
             f"  step {steps:9} {action:11} {answer:8} {seconds:5.1f} s  at ({x:.1f}, {y:.1f})",
             flush=True,
         )
         if answer != SUCCESS:
-            self._failures.append(action)
             self.trace.happen(DriveEventKind.FAILURE, f"{action} fails")
         elif action.startswith(("pickup(", "deliver(")):
             thing = self._orders[int(action[-2]) - 1].information[0]

@@ -1,31 +1,27 @@
 """Lets a fleet deliver packages that are asked for at random, and draws it.
 
-It needs a running mailbot_fleet.launch. The exit status is 0 if all packages were delivered, and
-nothing was wrong.
+It needs a running mailbot_fleet.launch. The exit status is 0 if all packages were delivered.
 """
 
 from __future__ import annotations
 
-import threading
 from functools import partial
 from pathlib import Path
 from typing import List, NoReturn
 
 import rospkg
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool, String
 
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import subscriber
+from rosoclingo.drawing.errors import picture_errors
 from rosoclingo.drawing.graph import read_graph
-from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.orders import Orders
 from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
-from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.ros.program import run_demo, wait_for
 from rosoclingo_simulator.physics.occupancy import read_map
 
@@ -38,7 +34,6 @@ _SECONDS_TO_COME = 60.0  # of wall time, for the nodes
 _SECONDS_TO_END = 600.0  # of simulated time, in which some request ends
 _SECONDS_TO_PASS = 30.0  # of wall time, in which there is some simulated time
 _MOST_ROBOTS = 4
-_LENGTHS = "lengths.lp"  # with this file it is planned in seconds
 
 
 class FleetDemo:
@@ -59,13 +54,9 @@ class FleetDemo:
             Path(packages.get_path("rosoclingo_simulator")) / "maps" / "office.yaml"
         )
         self._places = graph.places
-        rooms = Map.read(office)
-        rooms.starts = dict(graph.starts)
-        self._rooms = rooms
-        self._is_known = threading.Event()  # whether it is planned in seconds
-        self.story = FleetStory(rooms, graph.places)
+        self.story = FleetStory(graph.starts, graph.places)
         self._due = random_orders(
-            sorted(rooms.offices),
+            sorted(Map.read(office).offices),
             parameters.integer("packages", 10, least=1),
             parameters.integer("seed", 1),
         )
@@ -76,11 +67,7 @@ class FleetDemo:
                 subscriber(f"{robot}/ground_truth", Odometry, partial(self._on_ground_truth, robot))
                 for robot in graph.starts
             ),
-            *(
-                subscriber(f"simulator/{robot}/touches", Bool, partial(self._on_touches, robot))
-                for robot in graph.starts
-            ),
-            subscriber("rosoclingo/about", String, self._on_about),
+            subscriber("rosoclingo/journal", ROSoClingoEvent, self._on_event),
         ]
 
     def run(self) -> List[str]:
@@ -96,7 +83,7 @@ class FleetDemo:
             )
         elif not self._orders.all_as_asked:
             wrong.append("a request did not end as it should")
-        return wrong + self.story.wrong()
+        return wrong
 
     def lines(self, seconds: float) -> List[str]:
         """Returns the summary, with the seconds of wall time."""
@@ -107,17 +94,20 @@ class FleetDemo:
 
         Raises:
             OSError: They cannot be written.
+            PictureError: matplotlib is missing.
         """
         if not self.story.there:
             return []
         traces = {name: member.trace for name, member in self.story.members.items()}
         title = self.story.summary()
-        return draw(self._floor, self._places, traces, title, folder / "fleet")
+        file = folder / "fleet"
+        with picture_errors(file):
+            from rosoclingo_gazebo.demo.picture import draw  # noqa: PLC0415 (needs matplotlib)
+        return draw(self._floor, self._places, traces, title, file)
 
     def _ready(self) -> bool:
         connected = all(topic.get_num_connections() for topic in self._topics)
-        known = connected and self._is_known.is_set()
-        return bool(known and self.story.there and self._client.there())
+        return bool(connected and self.story.there and self._client.there())
 
     def _wait(self) -> None:
         """Sends requests as they are due, until all have ended, or nothing goes on."""
@@ -141,21 +131,6 @@ class FleetDemo:
         place, twist = message.pose.pose.position, message.twist.twist
         speed = max(abs(twist.linear.x), abs(twist.angular.z))
         self.story.moves(robot, message.header.stamp.to_sec(), (place.x, place.y), speed)
-
-    def _on_touches(self, robot: str, message: Bool) -> None:
-        if message.data:
-            self.story.touches(robot)
-
-    def _on_about(self, message: String) -> None:
-        """Finds out whether it is planned in seconds: then requests may say when."""
-        files = Launched.decode("/rosoclingo", message.data).files
-        if any(Path(file).name == _LENGTHS for file in files):
-            self._rooms.durations.update(pickup=1, deliver=1)
-        if not self._is_known.is_set():
-            # Only now, as it begins with what others have asked for before.
-            journal = subscriber("rosoclingo/journal", ROSoClingoEvent, self._on_event)
-            self._topics.append(journal)
-            self._is_known.set()
 
     def _on_event(self, message: ROSoClingoEvent) -> None:
         self.story.learns(decode(message))

@@ -12,6 +12,7 @@ import rospy
 
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import init_node
+from rosoclingo.drawing.errors import PictureError
 
 _POLL_SECONDS = 0.05  # how often the main thread looks at what it waits for
 
@@ -26,7 +27,12 @@ class DemoProgram(Protocol):
         """Returns the summary, with the seconds of wall time."""
 
     def draw(self, folder: Path) -> List[Path]:
-        """Writes the pictures to a folder, if there is anything to draw; returns their names."""
+        """Writes the pictures to a folder, if there is anything to draw; returns their names.
+
+        Raises:
+            OSError: They cannot be written.
+            PictureError: matplotlib is missing.
+        """
 
 
 def run_demo(name: str, usage: str, make: Callable[[], DemoProgram]) -> NoReturn:
@@ -41,14 +47,17 @@ def run_demo(name: str, usage: str, make: Callable[[], DemoProgram]) -> NoReturn
     """
     init_node(name, usage=usage)
     begin = time.monotonic()
+    wrong: List[str] = []
     try:
         demo = make()
         wrong = demo.run()
         print("", *demo.lines(time.monotonic() - begin), sep="\n", flush=True)
         for file in demo.draw(Path(str(rospy.get_param("~output", "."))).absolute()):
             print(f"  {file}", flush=True)
+    except PictureError as err:
+        print(f"no picture: {err}", file=sys.stderr)
     except (OSError, RosclingoError) as err:
-        wrong = [str(err)]
+        wrong.append(str(err))
     for line in wrong:
         print(f"wrong: {line}", file=sys.stderr)
     rospy.signal_shutdown("the demo has ended")

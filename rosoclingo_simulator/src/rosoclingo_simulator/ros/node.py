@@ -25,6 +25,7 @@ from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from rosclingo.errors import RosclingoError
+from rosclingo.libraries import install_command
 from rosclingo.ros.init import init_node, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
@@ -244,8 +245,8 @@ def _bodies(
         importlib.import_module("mujoco")
     except ImportError as err:
         raise PhysicsError(
-            f"~physics:=mujoco needs MuJoCo, which cannot be loaded ({err}); install it: pip "
-            "install 'mujoco>=3.1'"
+            f"~physics:=mujoco needs MuJoCo, which cannot be loaded ({err}); install it: "
+            f"{install_command('mujoco>=3.1')}"
         ) from err
     # MuJoCo is optional, so the modules that import it are loaded here.
     from rosoclingo_simulator.physics.mujoco.mujoco_physics import MujocoPhysics  # noqa: PLC0415

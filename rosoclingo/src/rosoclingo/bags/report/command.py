@@ -60,7 +60,7 @@ def _report(bag: Path, page: Path, picture: Optional[Path], name: Optional[str])
     page.write_text(render(recording, statistics, bag), encoding="utf-8")
     print(lines(f"wrote {page}"))
     if picture is not None:
-        with picture_errors(picture, "--png"):
+        with picture_errors(picture):
             # It takes a second, and who wants no picture need not have matplotlib.
             from rosoclingo.bags.report.picture import draw  # noqa: PLC0415 (see above)
 
