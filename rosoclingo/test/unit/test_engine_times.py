@@ -324,6 +324,57 @@ def test_a_request_for_two_actuators_is_left_to_the_search() -> None:
     assert judge.run(task, plan)
 
 
+def floors(top: int = 3) -> FlatTask:
+    """Returns a task of a robot, which fetches a thing from the floor below, by lift.
+
+    Places 0 and 1 are below, all others above; the lift is at 1 and 2.
+    """
+    actions: List[FlatAction] = []
+    durations: List[int] = []
+    pairs = [*itertools.permutations((0, 1), 2), *itertools.permutations(range(2, top + 1), 2)]
+    for start, end in [*pairs, (1, 2), (2, 1)]:
+        takes = [] if {start, end} == {1, 2} else [(kinds.TAKES, 0, 1)]
+        actions.append(([(0, start)], [], [([], 0, end)], takes, 1, 0))
+        durations.append(10)
+    actions += [
+        ([(0, 0), (1, 0)], [], [([], 1, 1)], [], 1, 0),  # takes
+        ([(0, top), (1, 1)], [], [([], 1, 2)], [], 1, 0),  # puts
+    ]
+    requests: List[FlatRequest] = [([(1, 2)], [])]
+    return FlatTask(
+        [top + 1, 3], [top, 0], [9], [9], requests, actions, durations=[*durations, 1, 1]
+    )
+
+
+def test_paths_of_several_ways_are_inserted() -> None:
+    task = floors()
+    places = [(task.actions[one][0][0][1], task.actions[one][2][0][2]) for one in range(6)]
+    plan = inserter_of(tuple(task)).first(lambda: False)
+    assert [places[one] if one < 6 else one for one in plan] == [
+        (3, 2), (2, 1), (1, 0), 6, (0, 1), (1, 2), (2, 3), 7,
+    ]  # fmt: skip
+    assert judge.run(task, plan)
+    # On a lower battery it does not come back.
+    assert inserter_of(tuple(task._replace(levels=[3]))).first(lambda: False) is None
+
+
+def test_ways_that_are_there_are_taken_although_others_are_quicker() -> None:
+    """Paths are for places that no way connects."""
+    task = floors(top=5)
+    assert judge.run(task, inserter_of(tuple(task)).first(lambda: False))
+    durations = list(task.durations)
+    direct = next(
+        one
+        for one, action in enumerate(task.actions)
+        if action[0] == [(0, 2)] and action[2] == [([], 0, 5)]
+    )
+    durations[direct] = 500
+    slow = task._replace(durations=durations)
+    plan = inserter_of(tuple(slow)).first(lambda: False)
+    assert direct in plan
+    assert judge.run(slow, plan)
+
+
 def ovens() -> FlatTask:
     """Returns a task for two robots: one fills an oven, and one fetches what is ready there."""
     actions: List[FlatAction] = []

@@ -11,7 +11,7 @@ an oven, and another one fetches what is ready.
 from heapq import heappop, heappush
 
 from rosoclingo.engine.kinds import ADDS, BECOMES
-from rosoclingo.engine.scheduling import find_twins, find_ways
+from rosoclingo.engine.scheduling import find_paths, find_twins, find_ways
 
 MOST_ACTIONS = 60  # that may help a request
 MOST_STATES = 2000
@@ -26,7 +26,8 @@ class Chains:
         of_requests: For each request, its chains; a chain is a tuple of actions.
         owners: Of each action in a chain, or equal to one in a chain, the request.
         fills: Of each number, the actions that add to it and that are in no chain.
-        ways: The ways of :func:`~rosoclingo.engine.scheduling.find_ways`.
+        paths: Those of :func:`~rosoclingo.engine.scheduling.find_paths`.
+        moves: All ways.
         roaming: For each actuator that goes somewhere, the variable for where it is.
         are_complete: Whether each request that is not met yet has a chain; if not, nothing else is
             there of the requests after that, nor of numbers.
@@ -41,12 +42,13 @@ class Chains:
         self._initial = task[1]
         self._actions = actions = task[5]
         self._durations = task[9]
-        self.ways = find_ways(task)
+        ways = find_ways(task)
+        self.paths = find_paths(task)
         self._twins = find_twins(task)
-        moves = set(self.ways.values())
-        self._places = {variable for variable, _, _ in self.ways}
+        self.moves = moves = set(ways.values())
+        self._places = {variable for variable, _, _ in ways}
         self.roaming = {
-            actions[index][5]: variable for (variable, _, _), index in sorted(self.ways.items())
+            actions[index][5]: variable for (variable, _, _), index in sorted(ways.items())
         }
         self._makers: dict = {}  # of each value of a variable
         for index, action in enumerate(actions):
@@ -194,10 +196,10 @@ class Chains:
         for variable, value in needs:
             before = values[entry[variable]]
             if before != value:
-                way = self.ways.get((variable, before, value))
-                if way is None:
+                path = self.paths.get((variable, before, value))
+                if path is None:
                     return None
-                lasts += self._durations[way]
+                lasts += path[1]
                 values[entry[variable]] = value
         for variable, value in others:
             if values[entry[variable]] == value:

@@ -122,13 +122,13 @@ class Inserter:
         for request, seconds, _ in task[10]:
             self.due[request] = min(seconds, self.due.get(request, seconds))
         self.distances = {}
-        for (variable, before, after), way in self.chains.ways.items():
+        for (variable, before, after), (_, seconds) in self.chains.paths.items():
             size = task[0][variable]
             if variable not in self.distances:
                 self.distances[variable] = array("q", [1 << 40]) * (size * size)
                 for value in range(size):
                     self.distances[variable][value * size + value] = 0
-            self.distances[variable][before * size + after] = task[9][way]
+            self.distances[variable][before * size + after] = seconds
         self.shapes, self.places_of, self.spots_of = {}, {}, {}
         self.keys_array = array("q", [0]) * (3 * MOST_OF_CHAIN)
         self.keys = longs(self.keys_array)
@@ -184,7 +184,6 @@ class Inserter:
 
     def begin_with(self, plan: list) -> bool:
         """Begins with a plan; returns whether it consists of chains."""
-        ways = set(self.chains.ways.values())
         fills = {index for found in self.chains.fills.values() for index in found}
         solution = Solution([], [])
         for index in plan:
@@ -192,7 +191,7 @@ class Inserter:
                 solution.owners.append(self.chains.owners[index])
             elif index in fills:
                 solution.owners.append(FILL)
-            elif index in ways:
+            elif index in self.chains.moves:
                 continue
             else:
                 return False

@@ -18,6 +18,7 @@ import cython
 from rosoclingo.engine.kinds import MAKESPAN, WAITS
 from rosoclingo.engine.states import merge_numbers
 
+MOST_PLACES = 128  # of a robot that gets somewhere by several ways, such as by a lift
 ROUNDS = cython.declare(cython.int, 8)  # of delays, before a plan counts as one that keeps too long
 WORK_OF_RUN = cython.declare(cython.int, 40)  # in items
 SPAN = cython.declare(cython.int, 4)  # entries for each time in which a value is kept
@@ -68,6 +69,63 @@ def find_ways(task: tuple) -> dict:
     return {key: index for key, index in found.items() if key[0] in roaming}
 
 
+def find_paths(task: tuple) -> dict:
+    """Returns how actuators get from one value to another, by the variable and both values.
+
+    Each path is given by its first way and by how long all of its ways take, such as first to a
+    lift, and from there by lift.
+
+    Args:
+        task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
+    """
+    found: dict = {}
+    of_variables: dict = {}
+    for key, way in find_ways(task).items():
+        found[key] = way, task[9][way]
+        of_variables.setdefault(key[0], []).append((key[1], key[2], way))
+    for variable, ways in of_variables.items():
+        size = task[0][variable]
+        if size <= MOST_PLACES and len(ways) < size * (size - 1):
+            for before, after, way, seconds in _paths(size, ways, task[9]):
+                found[variable, before, after] = way, seconds
+    return found
+
+
+def _paths(size: cython.int, ways: list, lasting: list) -> list:
+    """Returns the shortest paths of several ways between places that no way connects."""
+    i: cython.int
+    j: cython.int
+    k: cython.int
+    there: cython.longlong
+    further: cython.longlong
+    far: cython.longlong = 1 << 40
+    lengths = array("q", [far]) * (size * size)
+    firsts = array("i", [-1]) * (size * size)
+    length: cython.p_longlong = longs(lengths)
+    first: cython.p_int = ints(firsts)
+    direct = set()
+    for before, after, way in ways:
+        length[before * size + after] = max(1, lasting[way])  # so that no path is a circle
+        first[before * size + after] = way
+        direct.add(before * size + after)
+    is_direct = array("i", [one in direct or one % (size + 1) == 0 for one in range(size * size)])
+    fixed: cython.p_int = ints(is_direct)
+    for k in range(size):
+        for i in range(size):
+            there = length[i * size + k]
+            if there < far and i != k:
+                for j in range(size):
+                    further = there + length[k * size + j]
+                    if not fixed[i * size + j] and further < length[i * size + j]:
+                        length[i * size + j] = further
+                        first[i * size + j] = first[i * size + k]
+    return [
+        (one // size, one % size, first[one], length[one])
+        for one in range(size * size)
+        if length[one] < far and one not in direct
+    ]
+
+
 def find_twins(task: tuple) -> dict:
     """Returns actions of several actuators that differ in nothing else, by each of them."""
     groups: dict = {}
@@ -102,7 +160,7 @@ class Scheduler:
     changes: cython.p_int  # number's entry, what is added, level afterwards or -1
     costs: cython.p_longlong
     way_starts: cython.p_int  # of each variable, -1 if no way changes it
-    ways: cython.p_int  # by the values before and after
+    ways: cython.p_int  # the first one of a path, by the values before and after
     domains: cython.p_int
     twin_starts: cython.p_int
     twins: cython.p_int
@@ -242,7 +300,7 @@ class Scheduler:
     def _build_ways(self, task: tuple) -> None:
         domains = task[0]
         by_variable: dict = {}
-        for (variable, before, after), action in find_ways(task).items():
+        for (variable, before, after), (action, _) in find_paths(task).items():
             by_variable.setdefault(variable, []).append(
                 (before * domains[variable] + after, action)
             )
@@ -450,17 +508,21 @@ class Scheduler:
         variable: cython.int
         value: cython.int
         way: cython.int
+        table: cython.int
         while i < self.need_starts[action + 1]:
             variable, value = self.needs[i], self.current[self.needs[i]]
             if (value == self.needs[i + 1]) != (self.needs[i + 2] == 1):
                 if self.needs[i + 2] == 0 or self.way_starts[variable] < 0:
                     return 0
-                way = self.ways[
-                    self.way_starts[variable] + value * self.domains[variable] + self.needs[i + 1]
-                ]
-                if way < 0 or not self.has_numbers(way):
-                    return 0
-                self.do(way)
+                table = self.way_starts[variable] + self.needs[i + 1]
+                while value != self.needs[i + 1]:
+                    way = self.ways[table + value * self.domains[variable]]
+                    if way < 0 or not self.has_numbers(way):
+                        return 0
+                    if self.room - self.size < self.requests + 2:
+                        self.make_room(2 * self.room)
+                    self.do(way)
+                    value = self.current[variable]
             i += 3
         if not self.has_numbers(action):
             return 0
