@@ -20,15 +20,15 @@ ROS = {  # but for rospkg, which looks for folders only
 # From the bottom up: each may import from those before it. Modules stand beside folders.
 FLOORS = {
     "rosclingo": [
-        "libraries", "start", "free_file", "errors", "limits", "strict_yaml", "health", "wire",
-        "solver", "ros",
+        "libraries", "start", "free_file", "errors", "limits", "strict_yaml", "terminal", "health",
+        "wire", "solver", "ros",
     ],
     "rosoclingo": [
         "errors", "launched", "engine",
         "loop.words", "loop.quality", "loop.journal", "loop.values", "loop.planner", "loop.inputs",
         "loop.mode", "loop.execution", "loop",
         "drawing", "commands", "single", "store",
-        "why", "bags.text", "ros",  # below the other bags: no live node imports a replay
+        "why", "ros",  # below the other bags: no live node imports a replay
         "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.ros", "bags.report",
         "profile", "desk", "scaffold", "check", "completion", "pddl",

@@ -13,10 +13,10 @@ from typing import Any, Dict, List, NamedTuple
 
 import pytest
 
+from rosclingo import terminal
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
-from rosoclingo.bags.text import PROGRESS, say
-from rosoclingo.desk import progress
+from rosclingo.terminal import PROGRESS, ProgressPrinter, say
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.plan import main, run
@@ -263,8 +263,8 @@ def test_progress(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
         asked.set()
         return "step 3, horizon 7"
 
-    monkeypatch.setattr(progress, "_SECONDS", 0.001)
-    with progress.ProgressPrinter(place):
+    monkeypatch.setattr(terminal, "_SECONDS", 0.001)
+    with ProgressPrinter(place):
         assert asked.wait(30)
     assert "0 s: step 3, horizon 7\n" in capsys.readouterr().err
 

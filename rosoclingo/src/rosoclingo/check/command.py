@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Iterator, NoReturn, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import OptionsError, RosclingoError
-from rosoclingo.bags.text import PROGRESS, lines, say
+from rosclingo.terminal import PROGRESS, ProgressPrinter, lines, say
 from rosoclingo.check import live, model, static
 from rosoclingo.check.alphabet import Alphabet, read_alphabet
 from rosoclingo.check.command_line import Chosen, parse
@@ -20,7 +20,6 @@ from rosoclingo.check.live import LiveLook
 from rosoclingo.check.run import Runner
 from rosoclingo.check.search import FailureSearch
 from rosoclingo.desk.parts import SINGLE
-from rosoclingo.desk.progress import ProgressPrinter
 from rosoclingo.single.dialects import Dialect2, detect
 
 _PROGRAM = "check.py"

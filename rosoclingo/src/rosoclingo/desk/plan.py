@@ -16,11 +16,10 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, List, NoReturn, Optional,
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.programs import parse_files
-from rosoclingo.bags.text import PROGRESS, lines, say
+from rosclingo.terminal import PROGRESS, ProgressPrinter, lines, say
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.outcome import DROPPED, ShownPlan, current_plan, reasons, refused, unreached
 from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.progress import ProgressPrinter
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.desk.system import Request
 from rosoclingo.drawing.errors import picture_errors

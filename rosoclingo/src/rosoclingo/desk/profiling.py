@@ -11,7 +11,7 @@ from typing import Callable, Dict, Optional
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosoclingo.desk.progress import ProgressPrinter
+from rosclingo.terminal import ProgressPrinter
 from rosoclingo.profile.advice import advise
 from rosoclingo.profile.counting import CountingEngine, Counts, Steps, VariableValues, count
 from rosoclingo.profile.marking import Statement

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Dict, NoReturn, Optional, Sequence
 
 from rosclingo.errors import RosclingoError, shorten
+from rosclingo.terminal import say
 from rosclingo.wire.term_text import number
-from rosoclingo.bags.text import say
 from rosoclingo.pddl.expressions import PddlError
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NoReturn, Optional, Sequence
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.bags.text import say
+from rosclingo.terminal import say
 from rosoclingo.scaffold.package import write
 
 _PROGRAM = "new.py"

@@ -1,11 +1,12 @@
-"""Texts of bags, which may be anybody's: compared, and safe on a terminal. Needs no ROS."""
+"""Output of programs on a terminal: a progress line, and texts of others, escaped."""
 
 from __future__ import annotations
 
 import os
 import sys
 import threading
-from typing import TextIO
+import time
+from typing import Callable, TextIO
 
 
 class ProgressLine:
@@ -55,6 +56,34 @@ PROGRESS = ProgressLine()
 """The process's progress line, which all that it prints goes through."""
 
 
+class ProgressPrinter:
+    """A context that prints progress every 2 s."""
+
+    def __init__(self, place: Callable[[], str]) -> None:
+        """Prepares the output.
+
+        Args:
+            place: Says how far it is; called in another thread.
+        """
+        self._place = place
+        self._is_over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="progress", daemon=True)
+
+    def __enter__(self) -> None:
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._is_over.set()
+        self._thread.join()
+        PROGRESS.clear()
+
+    def _run(self) -> None:
+        began = time.monotonic()
+        while not self._is_over.wait(_SECONDS):
+            seconds = time.monotonic() - began
+            PROGRESS.show(f"{seconds:.0f} s: {self._place()}")
+
+
 def _columns() -> int:
     try:
         return os.get_terminal_size(sys.stderr.fileno()).columns or _COLUMNS
@@ -63,6 +92,7 @@ def _columns() -> int:
 
 
 _COLUMNS = 80  # of a terminal that does not say so
+_SECONDS = 2.0  # between two texts of a ProgressPrinter
 
 
 def one_line(text: str) -> str:
@@ -73,11 +103,6 @@ def one_line(text: str) -> str:
 def lines(text: str) -> str:
     """Returns a text with all that is not printable escaped, but for line ends and tabs."""
     return "".join(letter if letter in "\n\t" else _escaped(letter) for letter in text)
-
-
-def compact(text: str) -> str:
-    """Returns a term without spaces, which compares it with one that clingo prints."""
-    return "".join(text.split())
 
 
 def say(program: str, text: str) -> None:
