@@ -28,9 +28,9 @@ from unittest import mock
 
 from harness import HarnessError, Report, Row, Samples
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import Input, read_input
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import Input, read_input
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop.journal import (
     ActionPublished,
     CancelArrived,

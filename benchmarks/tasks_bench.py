@@ -41,8 +41,8 @@ from typing import Dict, Iterator, List, Optional, Sequence, Tuple
 from harness import Report, Row, Samples
 from plan_validator import PlanValidator, read_validator
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE
 from rosoclingo.loop.words import FAILURE, SOLVER
 from rosoclingo.pddl.expressions import PddlError

@@ -31,7 +31,7 @@ FLOORS = {
         "why", "ros",  # below the other bags: no live node imports a replay
         "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.ros", "bags.report",
-        "profile", "desk", "scaffold", "check", "completion", "pddl",
+        "in_process", "profile", "desk", "scaffold", "check", "completion", "pddl",
     ],
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation", "observation",

@@ -25,7 +25,7 @@ with one of these:
 
 * :mod:`rosoclingo_interfaces.interface`: what does the actions of a robot
 * :mod:`rosoclingo.commands`: commands of a mode of one's own
-* :mod:`rosoclingo.desk.system`: the planning loop in one process, without ROS
+* :mod:`rosoclingo.in_process.system`: the planning loop in one process, without ROS
 * :mod:`rosoclingo.why.explainer`: why there is no plan, or this action
 * :mod:`rosoclingo.loop.journal`: what has happened in a run
 * :mod:`rosclingo.ros.client`: clingo behind ROS; :mod:`rosclingo.solver.engine`: the same without

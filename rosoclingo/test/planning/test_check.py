@@ -19,7 +19,7 @@ from rosoclingo.check.command_line import parse
 from rosoclingo.check.examples import Example, judge, read_examples
 from rosoclingo.check.run import Runner
 from rosoclingo.desk.command_line import parse_planner
-from rosoclingo.desk.parts import EXAMPLES
+from rosoclingo.in_process.parts import EXAMPLES
 from rosoclingo.single.dialects import detect
 
 EPISODES = os.environ.get("EPISODES", "1")

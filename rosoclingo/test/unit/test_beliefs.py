@@ -14,9 +14,9 @@ from test_replay_inbox import replay_alike
 from rosclingo.solver.options import Options
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.story import RunStory
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.believing import BeliefKeeper
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
 from rosoclingo.loop.journal import BeliefsChanged

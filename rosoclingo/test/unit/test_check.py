@@ -23,7 +23,7 @@ from rosoclingo.check.examples import read_example, read_examples
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.run import DOES, CheckedRun, FoundPlan
 from rosoclingo.desk.command_line import parse as parse_plan
-from rosoclingo.desk.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.values.atoms import Action
 

@@ -10,10 +10,10 @@ import pytest
 from conftest import HARD, PACKAGE, Make, RecordedGoal, System
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import Input, Moment
-from rosoclingo.desk.parts import SINGLE, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.errors import LoopError
+from rosoclingo.in_process.inputs import Input, Moment
+from rosoclingo.in_process.parts import SINGLE, make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop import diagnosis, waiting
 
 LINES = {name: str(PACKAGE / f"example/line{name}.lp") for name in ("", "_1.0", "_paper")}

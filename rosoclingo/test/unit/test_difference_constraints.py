@@ -11,10 +11,10 @@ from rosclingo.solver.about import about
 from rosclingo.solver.options import parse_options
 from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import run as run_check
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.plan import run
 from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import read_graph
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.started_with import started_with
 from rosoclingo.launched.unpack import unpack

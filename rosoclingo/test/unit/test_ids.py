@@ -17,8 +17,8 @@ from rosoclingo.check.findings import typed
 from rosoclingo.check.search import FailureSearch
 from rosoclingo.desk import plan
 from rosoclingo.desk.command_line import parse as parse_plan
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import EXAMPLES
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import EXAMPLES
 from rosoclingo.loop.values.ids import RESERVED, split_event, type_event, why_no_message
 
 LINE = Path(f"{EXAMPLES}/line.lp").read_text()

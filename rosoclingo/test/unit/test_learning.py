@@ -15,8 +15,8 @@ from crashes import Life, Runs, World, outcome
 from rosclingo.solver.options import Options
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode

@@ -10,8 +10,8 @@ import pytest
 from conftest import TIMEOUT, Make, System
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk import system as desk
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process import system as desk
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledInput, ScheduledKind
 from rosoclingo.loop.journal import MessageArrived

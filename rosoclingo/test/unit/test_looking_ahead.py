@@ -29,8 +29,8 @@ from rosclingo.wire.commands import (
 )
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.desk.parts import SINGLE, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.parts import SINGLE, make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode
 from rosoclingo.loop.journal import (

@@ -23,8 +23,8 @@ from rosoclingo.bags.replay.startup import check, starts
 from rosoclingo.desk import plan
 from rosoclingo.desk.bag import write_bag
 from rosoclingo.desk.command_line import parse
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop import journal
 from rosoclingo.scaffold import command
 from rosoclingo.scaffold import package as scaffold

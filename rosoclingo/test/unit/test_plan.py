@@ -17,11 +17,11 @@ from rosclingo import terminal
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
 from rosclingo.terminal import PROGRESS, ProgressPrinter, say
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.plan import main, run
-from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.drawing.errors import PictureError
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop.journal import CommandDone, encode
 
 LINE = f"{EXAMPLES}/line.lp"

@@ -19,9 +19,9 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Program
 from rosclingo.wire import commands as wire
-from rosoclingo.desk.parts import EXAMPLES
 from rosoclingo.desk.plan import run
 from rosoclingo.desk.profiling import BlockTimeLimit, Profiler
+from rosoclingo.in_process.parts import EXAMPLES
 from rosoclingo.profile.advice import advise
 from rosoclingo.profile.counting import Counts, count, total
 from rosoclingo.profile.marking import Statement, StatementForm, mark

@@ -8,9 +8,9 @@ from typing import Callable, List, Sequence
 import pytest
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop.journal import Event, Status, StatusSet
 from rosoclingo.loop.values.goals import Goal, Goals
 

@@ -9,11 +9,11 @@ import pytest
 from test_actions import ACTIONS, World
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo.desk.system import Request
 from rosoclingo.engine.task import PlanningTask
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
+from rosoclingo.in_process.system import Request
 from rosoclingo.loop.journal import PlanFound, Status, StatusSet
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.situation import Situation

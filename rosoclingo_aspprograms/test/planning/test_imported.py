@@ -21,8 +21,8 @@ from episode import DYN_RESET
 from plan_validator import read_validator
 from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.system import Request, System
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.system import Request, System
 from rosoclingo.loop.words import SOLVER
 from rosoclingo.pddl.expressions import PddlError
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files

@@ -16,8 +16,8 @@ from test_seconds import Draw, agendas, feedback, plan_for, replay
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import Plan
 from rosoclingo_aspprograms.validator import Edge, arguments

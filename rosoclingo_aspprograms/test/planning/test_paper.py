@@ -10,9 +10,9 @@ from episode import OFFICE, PAPER, SINGLE, Episode, walk
 from instance_map import InstanceMap
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
 
 
 @pytest.fixture

@@ -40,10 +40,10 @@ from instance_map import InstanceMap
 from rosclingo.solver.options import Options, parse_options
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.check.alphabet import Alphabet, read_alphabet
-from rosoclingo.desk.answers import Answers
-from rosoclingo.desk.inputs import CANCEL, GOAL, Input, Moment
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.answers import Answers
+from rosoclingo.in_process.inputs import CANCEL, GOAL, Input, Moment
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.values.atoms import PASSED, event
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan, later

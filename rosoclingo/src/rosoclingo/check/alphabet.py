@@ -1,7 +1,7 @@
 """What can come from outside, as an encoding declares it: requests, answers, messages.
 
 >>> from rosclingo.solver.options import Options
->>> from rosoclingo.desk.parts import EXAMPLES
+>>> from rosoclingo.in_process.parts import EXAMPLES
 >>> alphabet = read_alphabet(Options((f"{EXAMPLES}/line_demand.lp",)))
 >>> alphabet.requests[:2], alphabet.answers, alphabet.messages[:1]
 (('visit(1)', 'visit(2)'), {'robot': ('failure', 'success')}, (('info', 'close(1)'),))
@@ -20,7 +20,7 @@ from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Program, parse_files
 from rosclingo.solver.theories import make_theory
 from rosclingo.wire.term_text import last_number, number, split_term
-from rosoclingo.desk.parts import SINGLE, make_parts
+from rosoclingo.in_process.parts import SINGLE, make_parts
 from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.planner.vocabulary import ANY_EVENT

@@ -19,7 +19,7 @@ from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.live import LiveLook
 from rosoclingo.check.run import Runner
 from rosoclingo.check.search import FailureSearch
-from rosoclingo.desk.parts import SINGLE
+from rosoclingo.in_process.parts import SINGLE
 from rosoclingo.single.dialects import Dialect2, detect
 
 _PROGRAM = "check.py"

@@ -12,7 +12,7 @@ from rosclingo.solver.options import Options, constants
 from rosclingo.wire.term_text import number
 from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import number_type, parse_planner
-from rosoclingo.desk.inputs import MESSAGE, read_input
+from rosoclingo.in_process.inputs import MESSAGE, read_input
 from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.values.ids import GOAL, type_event
 

@@ -18,7 +18,7 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.static import place
-from rosoclingo.desk.parts import SINGLE, make_parts
+from rosoclingo.in_process.parts import SINGLE, make_parts
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import event
 from rosoclingo.why.doubts import DOUBTS, doubts, one_of_each, parse, sentence

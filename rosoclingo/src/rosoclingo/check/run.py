@@ -1,6 +1,6 @@
 """A run of ``plan.py`` that is watched.
 
->>> from rosoclingo.desk.parts import EXAMPLES
+>>> from rosoclingo.in_process.parts import EXAMPLES
 >>> run = Runner().run((f"{EXAMPLES}/line.lp", "--simulate", "--goal", "visit(3)"))
 >>> [(plan.elapsed, plan.length) for plan in run.plans]
 [(0, 2), (1, 1), (2, 0)]
@@ -16,9 +16,9 @@ from typing import Any, Callable, Dict, FrozenSet, List, Mapping, Optional, Tupl
 from rosclingo.errors import RosclingoError
 from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import parse, simulated
-from rosoclingo.desk.inputs import MESSAGE
-from rosoclingo.desk.parts import Parts, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import MESSAGE
+from rosoclingo.in_process.parts import Parts, make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Event, Status
 from rosoclingo.loop.loop import Loop

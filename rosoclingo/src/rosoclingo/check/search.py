@@ -12,7 +12,7 @@ from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.invariants import findings
 from rosoclingo.check.run import CheckedRun, Runner
 from rosoclingo.check.twins import TwinInputs
-from rosoclingo.desk.inputs import AFTER, IN, MESSAGE, STEP, Input, Moment
+from rosoclingo.in_process.inputs import AFTER, IN, MESSAGE, STEP, Input, Moment
 from rosoclingo.loop.journal import CommandDone
 from rosoclingo.loop.values.ids import CANCEL, GOAL
 

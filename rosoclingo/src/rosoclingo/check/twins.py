@@ -12,7 +12,7 @@ from typing import Callable, Iterator, List, Mapping, Optional, Tuple
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.invariants import planned_ends
 from rosoclingo.check.run import DOES, CheckedRun, FoundPlan
-from rosoclingo.desk.inputs import MESSAGE, STEP, Input
+from rosoclingo.in_process.inputs import MESSAGE, STEP, Input
 from rosoclingo.loop import journal
 from rosoclingo.loop.values.ids import CANCEL, GOAL
 from rosoclingo.loop.words import TIMEOUT, UNKNOWN

@@ -1,1 +1,1 @@
-"""The planning system in one process, to try encodings at the desk. Needs no ROS."""
+"""The command ``plan.py``: plans and simulates encodings at the desk. Needs no ROS."""

@@ -11,10 +11,10 @@ from rosclingo.errors import OptionsError
 from rosclingo.solver.option_parser import OptionParser
 from rosclingo.solver.options import Options, constants, mark_files, parse_options
 from rosclingo.solver.threads import AUTO, read_threads, with_threads
-from rosoclingo.desk.answers import Answers
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import SINGLE
-from rosoclingo.desk.simulation import Seconds
+from rosoclingo.in_process.answers import Answers
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import SINGLE
+from rosoclingo.in_process.simulation import Seconds
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
 from rosoclingo.loop.values.ids import GOAL
 

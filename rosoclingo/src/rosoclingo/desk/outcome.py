@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo.desk.system import Request
+from rosoclingo.in_process.simulation import DeskSimulation
+from rosoclingo.in_process.system import Request
 from rosoclingo.loop import journal
 from rosoclingo.loop.values.atoms import Action
 

@@ -17,12 +17,12 @@ from rosoclingo.bags.report.rows import Bar, Lane
 from rosoclingo.bags.report.run import OPEN, Statistics, numbered
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.desk.outcome import ShownPlan
-from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.drawing.canvas import draw_shapes, plain, save
 from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import Graph, read_graph
 from rosoclingo.drawing.shapes import draw
 from rosoclingo.drawing.situation import MapSituation
+from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop.journal import MessageArrived
 
 _WIDTH, _ROW = 14.0, 0.5  # inches

@@ -19,12 +19,12 @@ from rosclingo.solver.programs import parse_files
 from rosclingo.terminal import PROGRESS, ProgressPrinter, lines, say
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.outcome import DROPPED, ShownPlan, current_plan, reasons, refused, unreached
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo.desk.system import Request
 from rosoclingo.drawing.errors import picture_errors
 from rosoclingo.engine.task import PlanningTask
 from rosoclingo.errors import ControllerError
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import DeskSimulation
+from rosoclingo.in_process.system import Request
 from rosoclingo.loop import journal
 from rosoclingo.loop.diagnosis import ELSEWHERE, NO_PLAN
 from rosoclingo.loop.loop import Loop

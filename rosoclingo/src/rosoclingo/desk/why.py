@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import List, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.desk.parts import SINGLE
-from rosoclingo.desk.system import Request
+from rosoclingo.in_process.parts import SINGLE
+from rosoclingo.in_process.system import Request
 from rosoclingo.single.algorithm1 import last_step
 from rosoclingo.single.dialects import Dialect2, detect
 from rosoclingo.why.answers import WhyNoPlan

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Dict, List, Optional, Sequence, Tuple
 
-from rosoclingo.desk.shared import shared
+from rosoclingo.in_process.shared import shared
 from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.conditions import compile_conditions
 from rosoclingo.pddl.declarations import check_declarations

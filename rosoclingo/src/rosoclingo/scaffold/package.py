@@ -16,10 +16,10 @@ from typing import Dict, Iterator, List, Optional
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options, parse_options
 from rosoclingo.desk.bag import write_bag
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import find_mode, make_parts
-from rosoclingo.desk.shared import shared
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import find_mode, make_parts
+from rosoclingo.in_process.shared import shared
+from rosoclingo.in_process.simulation import DeskSimulation
 
 ENCODING = "encoding/robot.lp"
 """The planner's encoding, in a package."""

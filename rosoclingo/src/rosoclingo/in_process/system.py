@@ -4,7 +4,7 @@ Nothing happens at the same time, so that what the world does determines the who
 a subclass does not say what that is, each action succeeds:
 
 >>> from rosclingo.solver.options import Options
->>> from rosoclingo.desk.parts import EXAMPLES, make_parts
+>>> from rosoclingo.in_process.parts import EXAMPLES, make_parts
 >>> parts = make_parts("dynamic.incremental.recording", Options((f"{EXAMPLES}/line.lp",)))
 >>> system = System(parts.loop)
 >>> goal = system.request("visit(2)")

@@ -16,7 +16,7 @@ from rosclingo.errors import OptionsError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosoclingo.commands import ROSCommands
-from rosoclingo.desk.shared import shared
+from rosoclingo.in_process.shared import shared
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Controller, Decider, Decisions

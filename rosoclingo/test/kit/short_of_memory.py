@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import List
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 
 ENCODING = Path(__file__).resolve().parents[1] / "encodings" / "large_step.lp"
 LARGE = "visit(r1,4)"

@@ -1,8 +1,8 @@
 """Discrete-event simulation of a system: actions take a while, and inputs come as scheduled.
 
 >>> from rosclingo.solver.options import Options
->>> from rosoclingo.desk.inputs import read_input
->>> from rosoclingo.desk.parts import EXAMPLES, make_parts
+>>> from rosoclingo.in_process.inputs import read_input
+>>> from rosoclingo.in_process.parts import EXAMPLES, make_parts
 >>> parts = make_parts("dynamic.incremental.recording", Options((f"{EXAMPLES}/line.lp",)))
 >>> inputs = [read_input("goal:visit(3)"), read_input("robot:failure", "1")]
 >>> simulation = DeskSimulation(parts.loop, inputs)
@@ -16,9 +16,9 @@ from __future__ import annotations
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.desk.answers import Answers
-from rosoclingo.desk.inputs import AFTER, IN, STEP, Input
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.answers import Answers
+from rosoclingo.in_process.inputs import AFTER, IN, STEP, Input
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.arrivals import PlanTime
 from rosoclingo.loop.values.atoms import Action

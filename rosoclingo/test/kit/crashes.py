@@ -7,9 +7,9 @@ from typing import Any, Callable, Collection, Dict, List, Mapping, Optional, Seq
 
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
-from rosoclingo.desk.parts import EXAMPLES, Parts, make_parts
-from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
+from rosoclingo.in_process.parts import EXAMPLES, Parts, make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.journal import (
     AnswerArrived,
     ControlArrived,
