@@ -15,8 +15,8 @@ from fuzzing import Door
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.record.writer import COMPRESSIONS
+from rosoclingo.encodings.about import Launched
 from rosoclingo.errors import BagError, LaunchedError
-from rosoclingo.launched.about import Launched
 from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.conditions import compile_conditions
 from rosoclingo.pddl.declarations import check_declarations

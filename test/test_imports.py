@@ -24,14 +24,14 @@ FLOORS = {
         "wire", "solver", "ros",
     ],
     "rosoclingo": [
-        "errors", "launched", "engine",
+        "errors", "engine",
         "loop.words", "loop.quality", "loop.journal", "loop.values", "loop.planner", "loop.inputs",
         "loop.mode", "loop.execution", "loop",
-        "drawing", "commands", "single", "store",
-        "why", "ros",  # below the other bags: no live node imports a replay
-        "bags.wire", "bags.topics", "bags.model",
+        "commands", "single", "store", "in_process", "encodings",
+        "why", "ros",  # below the bags: no live node imports a replay
+        "drawing", "bags.wire", "bags.topics", "bags.holds", "bags.believed", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.ros", "bags.report",
-        "in_process", "profile", "desk", "scaffold", "check", "completion", "pddl",
+        "profile", "desk", "scaffold", "check", "completion", "pddl",
     ],
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation", "observation",

@@ -13,12 +13,12 @@ import pytest
 
 from rosclingo.solver.options import parse_options
 from rosoclingo.check import command, static, twins
-from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import Checking
 from rosoclingo.check.command_line import parse
 from rosoclingo.check.examples import Example, judge, read_examples
 from rosoclingo.check.run import Runner
 from rosoclingo.desk.command_line import parse_planner
+from rosoclingo.encodings.alphabet import read_alphabet
 from rosoclingo.in_process.parts import EXAMPLES
 from rosoclingo.single.dialects import detect
 

@@ -16,15 +16,15 @@ from reproduced import is_reproduced
 from rosclingo.errors import OptionsError, RosclingoError
 from rosclingo.solver.options import Options
 from rosoclingo.check import twins
-from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import Checking, main, run
 from rosoclingo.check.command_line import parse
 from rosoclingo.check.examples import read_example, read_examples
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.run import DOES, CheckedRun, FoundPlan
 from rosoclingo.desk.command_line import parse as parse_plan
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.alphabet import read_alphabet
 from rosoclingo.in_process.parts import EXAMPLES, make_parts
-from rosoclingo.launched.about import Launched
 from rosoclingo.loop.values.atoms import Action
 
 LINE = f"{EXAMPLES}/line.lp"

@@ -10,13 +10,13 @@ from typing import Any, Dict, Sequence
 
 import pytest
 
-from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.command import Checking
 from rosoclingo.check.command_line import parse
 from rosoclingo.check.findings import typed
 from rosoclingo.check.search import FailureSearch
 from rosoclingo.desk import plan
 from rosoclingo.desk.command_line import parse as parse_plan
+from rosoclingo.encodings.alphabet import Alphabet
 from rosoclingo.in_process.inputs import read_input
 from rosoclingo.in_process.parts import EXAMPLES
 from rosoclingo.loop.values.ids import RESERVED, split_event, type_event, why_no_message

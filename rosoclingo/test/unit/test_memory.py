@@ -15,9 +15,9 @@ from short_of_memory import ENCODING, LARGE
 
 from rosclingo.solver.options import Options
 from rosoclingo.in_process.parts import SINGLE
+from rosoclingo.loop.situation import Situation
 from rosoclingo.why.process import AnsweringProcess
 from rosoclingo.why.question import Question, ReplyStatus
-from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import Encoding, QuestionTask
 
 LINE = ENCODING.parents[2] / "example" / "line.lp"

@@ -15,8 +15,8 @@ from rosoclingo.in_process.parts import make_parts
 from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.in_process.system import Request
 from rosoclingo.loop.journal import PlanFound, Status, StatusSet
+from rosoclingo.loop.situation import Situation
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.situation import Situation
 
 MODE = "dynamic.incremental.dyn_reset"
 

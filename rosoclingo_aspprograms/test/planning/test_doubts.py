@@ -9,10 +9,10 @@ from test_actions import ACTIONS
 
 from rosclingo.solver.options import Options
 from rosoclingo.check import model, static
-from rosoclingo.check.alphabet import read_alphabet
+from rosoclingo.encodings.alphabet import read_alphabet
+from rosoclingo.loop.situation import Situation
 from rosoclingo.single.dialects import Dialect2
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.situation import Situation
 
 TASK = """
 robot(r).

@@ -12,13 +12,13 @@ from typing import Iterator, NoReturn, Optional, Sequence, Set, Tuple
 from rosclingo.errors import OptionsError, RosclingoError
 from rosclingo.terminal import PROGRESS, ProgressPrinter, lines, say
 from rosoclingo.check import live, model, static
-from rosoclingo.check.alphabet import Alphabet, read_alphabet
 from rosoclingo.check.command_line import Chosen, parse
 from rosoclingo.check.examples import judge, read_examples
 from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.live import LiveLook
 from rosoclingo.check.run import Runner
 from rosoclingo.check.search import FailureSearch
+from rosoclingo.encodings.alphabet import Alphabet, read_alphabet
 from rosoclingo.in_process.parts import SINGLE
 from rosoclingo.single.dialects import Dialect2, detect
 

@@ -10,9 +10,9 @@ from typing import Callable, Dict, Iterator, List, Mapping
 
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
-from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
-from rosoclingo.launched.about import LOOP_NODE, SINGLE_NODE, Launched
+from rosoclingo.encodings.about import LOOP_NODE, SINGLE_NODE, Launched
+from rosoclingo.encodings.alphabet import Alphabet
 
 LiveNodes = Mapping[str, Launched]
 """How each node of a system was started, by its name."""

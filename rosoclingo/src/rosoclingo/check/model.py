@@ -15,9 +15,9 @@ from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosclingo.wire.term_text import split_term
-from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.static import place
+from rosoclingo.encodings.alphabet import Alphabet
 from rosoclingo.in_process.parts import SINGLE, make_parts
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import event

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Callable, Collection, Dict, Iterator, List, Set
 
 from rosoclingo.check import twins
-from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.invariants import findings
 from rosoclingo.check.run import CheckedRun, Runner
 from rosoclingo.check.twins import TwinInputs
+from rosoclingo.encodings.alphabet import Alphabet
 from rosoclingo.in_process.inputs import AFTER, IN, MESSAGE, STEP, Input, Moment
 from rosoclingo.loop.journal import CommandDone
 from rosoclingo.loop.values.ids import CANCEL, GOAL

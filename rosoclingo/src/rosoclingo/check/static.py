@@ -13,9 +13,9 @@ from rosclingo.solver import ways
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Program, parse_files
 from rosclingo.wire.term_text import split_term
-from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.functors import UnmatchedFunction, unmatched_functions
+from rosoclingo.encodings.alphabet import Alphabet
 from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.planner.task_search import LIBRARY_PARTS, TASK
 from rosoclingo.loop.values.ids import RESERVED, is_own, why_no_actuator, why_no_slot

@@ -14,9 +14,9 @@ from rosclingo.solver.options import Options
 from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES
 from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
+from rosoclingo.encodings.about import LOOP_NODE, SOLVER_NODE
 from rosoclingo.in_process.shared import shared
 from rosoclingo.in_process.system import System
-from rosoclingo.launched.about import LOOP_NODE, SOLVER_NODE
 from rosoclingo.loop.journal import Entry, encode
 
 _NAME = "/rosoclingo"

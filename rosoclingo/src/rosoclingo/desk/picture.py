@@ -18,10 +18,9 @@ from rosoclingo.bags.report.run import OPEN, Statistics, numbered
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.desk.outcome import ShownPlan
 from rosoclingo.drawing.canvas import draw_shapes, plain, save
-from rosoclingo.drawing.errors import GraphError
-from rosoclingo.drawing.graph import Graph, read_graph
 from rosoclingo.drawing.shapes import draw
 from rosoclingo.drawing.situation import MapSituation
+from rosoclingo.encodings.graph import Graph, GraphError, read_graph
 from rosoclingo.in_process.simulation import DeskSimulation
 from rosoclingo.loop.journal import MessageArrived
 

@@ -9,12 +9,12 @@ from typing import List, Sequence, Tuple
 from rosclingo.errors import RosclingoError
 from rosoclingo.in_process.parts import SINGLE
 from rosoclingo.in_process.system import Request
+from rosoclingo.loop.situation import Situation
 from rosoclingo.single.algorithm1 import last_step
 from rosoclingo.single.dialects import Dialect2, detect
 from rosoclingo.why.answers import WhyNoPlan
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.question import Question, QuestionKind, WhyAnswer
-from rosoclingo.why.situation import Situation
 
 
 def explain(

@@ -20,6 +20,7 @@ from rosoclingo.in_process.answers import Answers
 from rosoclingo.in_process.inputs import AFTER, IN, STEP, Input
 from rosoclingo.in_process.system import System
 from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.arrivals import PlanTime
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.goals import Goal
@@ -27,7 +28,6 @@ from rosoclingo.loop.values.ids import CANCEL, GOAL
 from rosoclingo.loop.values.plan_times import PlanTimes
 from rosoclingo.loop.waiting import LOOK_SECONDS
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
-from rosoclingo.why.situation import Situation
 
 AnswerFunction = Callable[[str, str], Optional[str]]
 """Returns the answer to an actuator's action, or None for none at all."""

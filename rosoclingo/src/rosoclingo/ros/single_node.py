@@ -19,7 +19,7 @@ from rosclingo.solver.about import about
 from rosclingo.solver.activity import solver_health
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
-from rosoclingo.launched.about import SINGLE_NODE
+from rosoclingo.encodings.about import SINGLE_NODE
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.loop_node import LoopNode
 from rosoclingo.ros.running import open_inbox, run

@@ -17,8 +17,8 @@ from std_msgs.msg import Bool, String
 
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import subscriber
-from rosoclingo.drawing.graph import read_graph
-from rosoclingo.launched.about import Launched
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.graph import read_graph
 from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map

@@ -1,1 +1,1 @@
-"""Completion in a ROS graph: of a node that listens to ``~about``, and of bash, without a node."""
+"""Completion in a ROS graph, without a node of its own."""

@@ -1,4 +1,4 @@
-"""Reads the waypoint graph of an instance, with positions. Needs no ROS."""
+"""Reads the waypoint graph of an instance, with positions."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ import clingo
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.programs import parse_files
 from rosclingo.solver.theories import make_theory
-from rosoclingo.drawing.errors import GraphError
 
 _METRES = 0.1  # in a unit of position/3
 _MOST = 5  # waypoints that an error lists
 
 MapPoint = Tuple[float, float]
+
+
+class GraphError(RosclingoError):
+    """An instance that cannot be read or drawn; the message names file, atom and remedy."""
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from typing import Callable, List, Mapping, Optional, Tuple
 from rosclingo.errors import OptionsError, ProgramError
 from rosclingo.solver import lexical
 from rosclingo.solver.options import Argument, arguments
+from rosoclingo.encodings.about import Launched
 from rosoclingo.errors import LaunchedError
-from rosoclingo.launched.about import Launched
 
 _INCLUDE = re.compile(r'(#include\s*")([^"]*)(")')
 

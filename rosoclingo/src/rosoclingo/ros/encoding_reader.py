@@ -11,9 +11,9 @@ from std_msgs.msg import String
 
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.low_latency import subscriber
-from rosoclingo.completion.encoding import KnownEncoding, read_encoding
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.known import KnownEncoding, read_encoding
 from rosoclingo.errors import LaunchedError
-from rosoclingo.launched.about import Launched
 
 _PLANNER = "planner"  # the solver of a node with the loop that has the encoding
 

@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any, Dict, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.drawing.graph import Graph
-from rosoclingo.launched.about import Launched
-from rosoclingo.launched.folder import Folder
-from rosoclingo.launched.unpack import unpack
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.folder import Folder
+from rosoclingo.encodings.graph import Graph
+from rosoclingo.encodings.unpack import unpack
 from rosoclingo.loop.values.phrases import NO_PHRASES, TermPhrases
 
-_COMMAND = (sys.executable, "-m", "rosoclingo.completion.grounding")
+_COMMAND = (sys.executable, "-m", "rosoclingo.encodings.grounding")
 _SCRIPT = "#script"
 
 SECONDS = 60

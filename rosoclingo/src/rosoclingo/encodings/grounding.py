@@ -1,6 +1,6 @@
 """Grounds an encoding, in a process of its own.
 
-:mod:`rosoclingo.completion.encoding` starts it by ``python -m``. It reads a command
+:mod:`rosoclingo.encodings.known` starts it by ``python -m``. It reads a command
 line as JSON, prints what it has found, and gives way to all other processes.
 """
 
@@ -16,10 +16,9 @@ import sys
 
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import parse_options
-from rosoclingo.check.alphabet import read_alphabet
-from rosoclingo.completion.encoding import MOST_KNOWN, SECONDS
-from rosoclingo.drawing.errors import GraphError
-from rosoclingo.drawing.graph import read_graph
+from rosoclingo.encodings.alphabet import read_alphabet
+from rosoclingo.encodings.graph import GraphError, read_graph
+from rosoclingo.encodings.known import MOST_KNOWN, SECONDS
 from rosoclingo.loop.values.ids import type_event
 
 _NICE = 19

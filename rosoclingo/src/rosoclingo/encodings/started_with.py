@@ -10,8 +10,8 @@ from __future__ import annotations
 import os
 from typing import Dict, Mapping
 
-from rosoclingo.launched.about import Launched
-from rosoclingo.launched.unpack import options
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.unpack import options
 
 _DIGITS = 12  # of a hash, enough to tell files of one name apart
 
