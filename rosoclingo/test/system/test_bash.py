@@ -31,7 +31,7 @@ ROSRUN = "rosrun() { printf '<%s>' \"$@\"; echo; }"
 
 
 def test_a_master_that_does_not_answer() -> None:
-    program = "from rosoclingo.completion.ros.shell import main; main()"
+    program = "from rosoclingo.tools.completion.ros.shell import main; main()"
     command = [sys.executable, "-c", program, "rosrun rosoclingo why.py --goal ", " "]
     with socket.create_server(("localhost", 0)) as silent:
         uri = f"http://localhost:{silent.getsockname()[1]}"

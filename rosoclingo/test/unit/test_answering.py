@@ -19,9 +19,9 @@ from waiting import wait_for
 
 from rosclingo.solver.options import Options
 from rosoclingo.errors import QuestionError
+from rosoclingo.loop.single.dialects import Dialect1, PaperDialect
 from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.snapshot import decode
-from rosoclingo.single.dialects import Dialect1, PaperDialect
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.process import CANCELED, CLOSED, AnsweringProcess
 from rosoclingo.why.question import (

@@ -17,10 +17,10 @@ from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosclingo.solver.programs import Program
-from rosoclingo.completion.questions import question_words
-from rosoclingo.completion.shell_line import parse_shell_line
 from rosoclingo.encodings.about import Launched
 from rosoclingo.encodings.known import read_encoding
+from rosoclingo.tools.completion.questions import question_words
+from rosoclingo.tools.completion.shell_line import parse_shell_line
 
 LINE = Path(__file__).resolve().parents[2] / "example" / "line.lp"
 BREAKS = " \t\n\"'><=;|&(:"  # bash's own

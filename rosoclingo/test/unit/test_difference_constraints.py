@@ -9,8 +9,6 @@ import pytest
 from rosclingo.errors import ProgramError
 from rosclingo.solver.about import about
 from rosclingo.solver.options import parse_options
-from rosoclingo.check.command import run as run_check
-from rosoclingo.desk.plan import run
 from rosoclingo.encodings.about import Launched
 from rosoclingo.encodings.alphabet import read_alphabet
 from rosoclingo.encodings.graph import GraphError, read_graph
@@ -18,6 +16,8 @@ from rosoclingo.encodings.started_with import started_with
 from rosoclingo.encodings.unpack import unpack
 from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.tools.check.command import run as run_check
+from rosoclingo.tools.plan.command import run
 
 LINE = f"{EXAMPLES}/line.lp"
 # To go to cell X takes X seconds, and the robot has to be through in time. end(T), a variable: when

@@ -17,12 +17,12 @@ from rosclingo import terminal
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
 from rosclingo.terminal import PROGRESS, ProgressPrinter, say
-from rosoclingo.desk.plan import main, run
 from rosoclingo.drawing.errors import PictureError
 from rosoclingo.in_process.inputs import read_input
 from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.in_process.simulation import DeskSimulation
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.journal import CommandDone, encode
+from rosoclingo.tools.plan.command import main, run
 
 LINE = f"{EXAMPLES}/line.lp"
 MODES = ["fixed.recording", "incremental.recording", "incremental.reset", "incremental.dyn_reset"]
@@ -488,7 +488,7 @@ def test_each_command(plan: Any) -> None:
 def simulate(mode: str, *inputs: str) -> List[Any]:
     """Returns the journal of a simulation, but for how long commands took."""
     parts = make_parts(mode, Options((LINE,)), ("-c", "steps=20"))
-    simulation = DeskSimulation(parts.loop, [read_input(*one.split(" ")) for one in inputs])
+    simulation = SimulatedSystem(parts.loop, [read_input(*one.split(" ")) for one in inputs])
     assert simulation.run() is None
     return [
         (entry.seconds, entry.step, entry.horizon, encode(entry.event)._replace(seconds=0))
@@ -505,7 +505,7 @@ def test_the_same_run_again(mode: str) -> None:
 def test_an_answer_in_a_command() -> None:
     """It comes at once, and not when the action would be over."""
     parts = make_parts(SINGLE, Options((LINE,)))
-    first = DeskSimulation(parts.loop, [read_input("goal:visit(2)")])
+    first = SimulatedSystem(parts.loop, [read_input("goal:visit(2)")])
     first.run()
     number = 1 + next(
         index
@@ -516,7 +516,7 @@ def test_an_answer_in_a_command() -> None:
     )
     parts = make_parts(SINGLE, Options((LINE,)))
     inputs = [read_input("goal:visit(2)"), read_input("robot:success", f"in:{number}")]
-    second = DeskSimulation(parts.loop, inputs)
+    second = SimulatedSystem(parts.loop, inputs)
     second.run()
     assert (first.clock, second.clock) == (1.0, 0.0)
     assert second.goals[0].words == ["accepted", "succeeded"]
@@ -526,9 +526,9 @@ def test_the_command_without_ros(tmp_path: Path) -> None:
     """It runs in any folder, and imports nothing of ROS, nor what only other commands need."""
     others = "'rospy', 'rosgraph', 'rosclingo.msg', 'logging', 'concurrent.futures'"
     code = (
-        "import sys, rosoclingo.desk.plan as plan\n"
+        "import sys, rosoclingo.tools.plan.command as plan\n"
         "try:\n    plan.main(sys.argv[1:])\n"
-        f"finally:\n    print(sorted(sys.modules.keys() & {{{others}, 'rosoclingo.single'}}))"
+        f"finally:\n    print(sorted(sys.modules.keys() & {{{others}, 'rosoclingo.loop.single'}}))"
     )
     folders = [str(Path(__file__).resolve().parents[3] / name / "src")
                for name in ("rosclingo", "rosoclingo")]  # fmt: skip

@@ -19,14 +19,14 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Program
 from rosclingo.wire import commands as wire
-from rosoclingo.desk.plan import run
-from rosoclingo.desk.profiling import BlockTimeLimit, Profiler
 from rosoclingo.in_process.parts import EXAMPLES
-from rosoclingo.profile.advice import advise
-from rosoclingo.profile.counting import Counts, count, total
-from rosoclingo.profile.marking import Statement, StatementForm, mark
-from rosoclingo.profile.measuring import MeasuredEngine, SolverTrace, TimedSearch, by_horizon
-from rosoclingo.profile.text import Profile
+from rosoclingo.tools.plan.command import run
+from rosoclingo.tools.plan.profiling import BlockTimeLimit, Profiler
+from rosoclingo.tools.profile.advice import advise
+from rosoclingo.tools.profile.counting import Counts, count, total
+from rosoclingo.tools.profile.marking import Statement, StatementForm, mark
+from rosoclingo.tools.profile.measuring import MeasuredEngine, SolverTrace, TimedSearch, by_horizon
+from rosoclingo.tools.profile.text import Profile
 
 ROOT = Path(__file__).resolve().parents[3]
 LINE = f"{EXAMPLES}/line.lp"
@@ -252,7 +252,7 @@ ADVISED: Dict[str, Tuple[str, str]] = {
 @pytest.mark.costly
 @pytest.mark.parametrize("case", ADVISED)
 def test_advice(ground: Any, monkeypatch: pytest.MonkeyPatch, case: str) -> None:
-    monkeypatch.setattr("rosoclingo.profile.advice._VERY_MANY", 700)
+    monkeypatch.setattr("rosoclingo.tools.profile.advice._VERY_MANY", 700)
     text, expected = ADVISED[case]
     said = ground(text, steps=8).advice
     assert any(re.search(expected, one) for one in said), said

@@ -8,10 +8,10 @@ import pytest
 from test_actions import ACTIONS
 
 from rosclingo.solver.options import Options
-from rosoclingo.check import model, static
 from rosoclingo.encodings.alphabet import read_alphabet
+from rosoclingo.loop.single.dialects import Dialect2
 from rosoclingo.loop.situation import Situation
-from rosoclingo.single.dialects import Dialect2
+from rosoclingo.tools.check import model, static
 from rosoclingo.why.explainer import Explainer
 
 TASK = """

@@ -43,7 +43,7 @@ from rosoclingo.encodings.alphabet import Alphabet, read_alphabet
 from rosoclingo.in_process.answers import Answers
 from rosoclingo.in_process.inputs import CANCEL, GOAL, Input, Moment
 from rosoclingo.in_process.parts import EXAMPLES, make_parts
-from rosoclingo.in_process.simulation import DeskSimulation
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.atoms import PASSED, event
@@ -83,7 +83,7 @@ def options_of(task: str, seed: int, folder: Path) -> Options:
     )
 
 
-class Run(DeskSimulation):
+class Run(SimulatedSystem):
     """A run that is stopped somewhere, when the loop waits."""
 
     def __init__(

@@ -18,7 +18,7 @@ from resuming import resume, snapshot_of
 from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
 from rosoclingo.in_process.parts import make_parts
-from rosoclingo.in_process.simulation import DeskSimulation
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.in_process.system import Request
 from rosoclingo.loop.journal import StatusSet
 from rosoclingo.loop.values.goals import Goal
@@ -168,7 +168,7 @@ def product_of(request: str) -> str:
     return split_term(request)[1][0]
 
 
-class Workshop(DeskSimulation):
+class Workshop(SimulatedSystem):
     """A workshop in which chance decides how long jobs take, what fails, and what comes when."""
 
     def __init__(

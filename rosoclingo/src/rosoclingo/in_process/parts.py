@@ -77,12 +77,12 @@ def make_parts(
     """
     if mode == SINGLE:
         # Few commands need them, and to import them takes as long as to plan for a small task.
-        from rosoclingo.single.algorithm1 import (  # noqa: PLC0415
+        from rosoclingo.loop.single.algorithm1 import (  # noqa: PLC0415
             Algorithm1,
             commands_for,
             last_step,
         )
-        from rosoclingo.single.dialects import detect, says_status  # noqa: PLC0415
+        from rosoclingo.loop.single.dialects import detect, says_status  # noqa: PLC0415
 
         dialect = detect(options)
         last = last_step((*options.clingo, *mode_options))

@@ -5,7 +5,7 @@
 >>> from rosoclingo.in_process.parts import EXAMPLES, make_parts
 >>> parts = make_parts("dynamic.incremental.recording", Options((f"{EXAMPLES}/line.lp",)))
 >>> inputs = [read_input("goal:visit(3)"), read_input("robot:failure", "1")]
->>> simulation = DeskSimulation(parts.loop, inputs)
+>>> simulation = SimulatedSystem(parts.loop, inputs)
 >>> simulation.run()
 >>> [action for _, action in simulation.published], simulation.clock
 (['go(2)', 'go(2)', 'go(3)'], 3.0)
@@ -36,7 +36,7 @@ Seconds = Callable[[str, str], Optional[float]]
 """Returns how long an actuator's action takes, in seconds; None for as long as the plan says."""
 
 
-class DeskSimulation(System):
+class SimulatedSystem(System):
     """A system with actuators that answer after a while, and inputs at given moments.
 
     Whenever the loop waits, the next thing happens: first the inputs of the step, then the answers
