@@ -29,9 +29,9 @@ from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Controller
+from rosoclingo.loop.single.algorithm1 import Algorithm1
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.single.algorithm1 import Algorithm1
 
 DYN_RESET, RECORDING, SINGLE = "dynamic.incremental.dyn_reset", "dynamic.incremental.recording", ""
 STEPS = 10_000  # with resets

@@ -66,7 +66,7 @@ def seconds(encoding: Sequence[str], places: int, robots: int, goals: int, draw:
         words += ["-c", f"full={2 * places}"] if "my_battery.lp" in encoding else []
         for _ in range(goals):
             words += ["--goal", "bring({},{})".format(*chance.sample(rooms, 2))]
-        command = [sys.executable, "-m", "rosoclingo.desk.plan", *words, "--patience", "0.3"]
+        command = [sys.executable, "-m", "rosoclingo.tools.plan", *words, "--patience", "0.3"]
         before = _children()
         try:
             ended = subprocess.run(

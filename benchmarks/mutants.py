@@ -34,8 +34,8 @@ from reproduced import is_reproduced
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosoclingo.check.command import Checking
-from rosoclingo.check.command_line import parse
+from rosoclingo.tools.check.command import Checking
+from rosoclingo.tools.check.command_line import parse
 
 ENCODINGS = Path(__file__).resolve().parents[1] / "rosoclingo_aspprograms"
 RESULTS = Path(__file__).resolve().parent / "results" / "mutants.jsonl"

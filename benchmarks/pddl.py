@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import List, Sequence, Tuple
 
-from rosoclingo.pddl.downward import find_fast_downward
+from rosoclingo.tools.pddl.downward import find_fast_downward
 
 # A* without a heuristic: of Fast Downward's optimal configurations (lmcut, hmax, merge-and-shrink,
 # blind) the quickest on nearly all of these tasks, since the others take longer to prepare.

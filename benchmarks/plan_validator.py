@@ -14,11 +14,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Callable, Dict, Iterable, Iterator, List, Mapping, Sequence, Set, Tuple
 
-from rosoclingo.pddl.domain import Domain, Problem
-from rosoclingo.pddl.expressions import ListForm, PddlError, read_file
-from rosoclingo.pddl.files import read_task
-from rosoclingo.pddl.names import Identifiers
-from rosoclingo.pddl.support import PddlPart
+from rosoclingo.tools.pddl.domain import Domain, Problem
+from rosoclingo.tools.pddl.expressions import ListForm, PddlError, read_file
+from rosoclingo.tools.pddl.files import read_task
+from rosoclingo.tools.pddl.names import Identifiers
+from rosoclingo.tools.pddl.support import PddlPart
 
 Fact = Tuple[str, ...]
 """A predicate or a function, and its objects."""

@@ -34,11 +34,11 @@ from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Controller
 from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.single.algorithm1 import Algorithm1
 from rosoclingo.loop.values.atoms import Plan, event
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.solver import Forwarding
-from rosoclingo.single.algorithm1 import Algorithm1
 
 GRID = Grid(10, 4)  # a slot for the new request, too
 REQUESTS = 3

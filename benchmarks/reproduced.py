@@ -8,10 +8,10 @@ import json
 from typing import Any, List
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.check.findings import Finding, Words
-from rosoclingo.check.run import Runner
-from rosoclingo.desk import plan
 from rosoclingo.loop.journal import encode
+from rosoclingo.tools.check.findings import Finding, Words
+from rosoclingo.tools.check.run import Runner
+from rosoclingo.tools.plan import command as plan
 
 
 def is_reproduced(finding: Finding) -> bool:

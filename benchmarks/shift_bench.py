@@ -37,9 +37,9 @@ from unittest import mock
 from harness import Report, Row, Samples
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.journal import AnswerArrived, Event, MessageArrived, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.planner import task_search

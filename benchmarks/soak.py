@@ -28,7 +28,7 @@ import rospy
 from harness import RosSystem, describe_machine
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.local_master import executable
-from rosoclingo.drawing.graph import Graph, read_graph
+from rosoclingo.encodings.graph import Graph, read_graph
 from rosoclingo_aspprograms.validator import Map
 from soak_latencies import BUSY, PROCESSOR
 from soak_page import SoakRun, clock, render_soak

@@ -16,7 +16,7 @@ from nav_msgs.msg import Odometry
 
 from harness import processor_seconds, resident_mebibytes
 from rosclingo.ros.low_latency import publisher
-from rosoclingo.drawing.graph import MapPoint
+from rosoclingo.encodings.graph import MapPoint
 from rosoclingo.msg import (
     ROSoClingoIn,
 )

@@ -28,9 +28,9 @@ from unittest import mock
 
 from harness import HarnessError, Report, Row, Samples
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import Input, read_input
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import Input, read_input
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.journal import (
     ActionPublished,
     CancelArrived,
@@ -89,7 +89,7 @@ _DO = re.compile(r"do\((\w+),(.+),(\d+)\)")
 _STOP = re.compile(r"\w+\((\w+)\)")  # an action at a stop, with the slot of its request
 
 
-class Restaurant(DeskSimulation):
+class Restaurant(SimulatedSystem):
     """A simulation in which the numbers of inputs are seconds, and some actions fail."""
 
     def __init__(self, make: Callable[..., Loop], inputs: Sequence[Input], seed: int) -> None:

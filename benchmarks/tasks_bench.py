@@ -41,13 +41,13 @@ from typing import Dict, Iterator, List, Optional, Sequence, Tuple
 from harness import Report, Row, Samples
 from plan_validator import PlanValidator, read_validator
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE
 from rosoclingo.loop.words import FAILURE, SOLVER
-from rosoclingo.pddl.expressions import PddlError
-from rosoclingo.pddl.files import ImportOptions, import_task, write_files
-from rosoclingo.pddl.translator import fast_downward
+from rosoclingo.tools.pddl.expressions import PddlError
+from rosoclingo.tools.pddl.files import ImportOptions, import_task, write_files
+from rosoclingo.tools.pddl.translator import fast_downward
 
 RATIO = 0.4  # of LAMA's time, in the median
 MOST_RATIO = 3.0  # of LAMA's time, for any task

@@ -27,13 +27,13 @@ from typing import Dict, Iterator, List, NamedTuple, Protocol, Sequence, Tuple
 from harness import Report, Row, Samples
 from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
 from rosoclingo.engine import worker
 from rosoclingo.engine.flattening import flatten
 from rosoclingo.engine.scheduling import Scheduler
 from rosoclingo.engine.task import PlanningTask
 from rosoclingo.engine.timing import Timetable
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from tasks_bench import plan_with_library
 from time_model import best_values
 from time_tasks import Act, TimeTask, judge, make

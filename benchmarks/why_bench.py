@@ -28,11 +28,11 @@ from actionlib import CommState
 from harness import HarnessError, Report, RosSystem, Row, Samples, measure, milliseconds
 from mailbot import MODE, Run
 from rosclingo.solver.options import Options
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.atoms import Plan
 from rosoclingo.why.copy_by_replay import RetellingCopy
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.planner_copy import Deadline, PlanQuery
-from rosoclingo.why.situation import Situation
 
 MAILBOT = Path(__file__).resolve().parents[1] / "rosoclingo_aspprograms" / "mailbot"
 OFFICE = Options((str(MAILBOT / "instances" / "graph_wg.lp"), str(MAILBOT / "mailbot.lp")))

@@ -11,7 +11,7 @@ from fuzzing import Door
 
 _ROOT = Path(__file__).resolve().parents[1]
 # Makers of bags and of requests, which the unit tests have.
-for _folder in ("test", "rosoclingo/test/unit", "rosoclingo_console/test/unit"):
+for _folder in ("test", "rosoclingo/test/kit", "rosoclingo_console/test/unit"):
     if str(_ROOT / _folder) not in sys.path:
         sys.path.append(str(_ROOT / _folder))
 

@@ -15,14 +15,14 @@ from fuzzing import Door
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.record.writer import COMPRESSIONS
+from rosoclingo.encodings.about import Launched
 from rosoclingo.errors import BagError, LaunchedError
-from rosoclingo.launched.about import Launched
-from rosoclingo.pddl.actuators import Actuators
-from rosoclingo.pddl.conditions import compile_conditions
-from rosoclingo.pddl.declarations import check_declarations
-from rosoclingo.pddl.expressions import PddlError, parse
-from rosoclingo.pddl.names import Identifiers
-from rosoclingo.pddl.numbers import Numbers
+from rosoclingo.tools.pddl.actuators import Actuators
+from rosoclingo.tools.pddl.conditions import compile_conditions
+from rosoclingo.tools.pddl.declarations import check_declarations
+from rosoclingo.tools.pddl.expressions import PddlError, parse
+from rosoclingo.tools.pddl.names import Identifiers
+from rosoclingo.tools.pddl.numbers import Numbers
 from store_doors import FolderDoor
 
 _ROOT = Path(__file__).resolve().parents[1]

@@ -14,7 +14,7 @@ from fuzzing import Door
 from rosclingo import strict_yaml
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
 from rosoclingo.loop import journal
 from rosoclingo.loop.execution.policies import ActionPolicies
 from rosoclingo.loop.inputs.inbox import Inbox, Item

@@ -15,8 +15,8 @@ from hypothesis.strategies import SearchStrategy
 
 from fuzzing import Door
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.errors import PlannerError, StoreError
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop

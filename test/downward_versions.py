@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosoclingo.pddl.downward import find_fast_downward, installed_version
+from rosoclingo.tools.pddl.downward import find_fast_downward, installed_version
 
 VERSIONS = ("0.5.2", "1.0.0")
 _OLDER = Path(sys.prefix, "older")  # scripts/setup --test installs the older version there

@@ -1,13 +1,17 @@
-"""Which folder of a package may import from which: no circle, no arrow up, ROS where it is said."""
+"""Which part may import from which: no circle, no arrow up, ROS where it is said.
+
+A part is a package, and in rosoclingo a room: a folder on its ground floor, or a module there.
+"""
 
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections import defaultdict
 from pathlib import Path
-from typing import DefaultDict, Iterator, List, Sequence
+from typing import DefaultDict, Dict, Iterator, List, Sequence, Set
 
 import pytest
 
@@ -20,18 +24,18 @@ ROS = {  # but for rospkg, which looks for folders only
 # From the bottom up: each may import from those before it. Modules stand beside folders.
 FLOORS = {
     "rosclingo": [
-        "libraries", "start", "free_file", "errors", "limits", "strict_yaml", "health", "wire",
-        "solver", "ros",
+        "libraries", "start", "free_file", "errors", "limits", "strict_yaml", "terminal", "health",
+        "wire", "solver", "ros",
     ],
     "rosoclingo": [
-        "errors", "launched", "engine",
+        "errors", "engine",
         "loop.words", "loop.quality", "loop.journal", "loop.values", "loop.planner", "loop.inputs",
-        "loop.mode", "loop.execution", "loop",
-        "drawing", "commands", "single", "store",
-        "why", "bags.text", "ros",  # below the other bags: no live node imports a replay
-        "bags.wire", "bags.topics", "bags.model",
+        "loop.mode", "loop.execution", "loop", "loop.single", "commands",
+        "store", "in_process", "encodings",
+        "why", "ros",  # below the bags: no live node imports a replay
+        "drawing", "bags.wire", "bags.topics", "bags.holds", "bags.believed", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.ros", "bags.report",
-        "profile", "desk", "scaffold", "check", "completion", "pddl",
+        "tools.profile", "tools.plan", "tools.new", "tools.check", "tools.pddl",
     ],
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation", "observation",
@@ -55,11 +59,9 @@ PRIVATE = ("rospy.impl", "clingo._internal", "clingo.core")  # which only patche
 def floor_of(package: str, module: str) -> str:
     """Returns the floor that a module is on, such as ``bags.read``; "" for the package itself."""
     name = module[len(package) + 1 :]
-    for floor in FLOORS[package]:
-        if name == floor or name.startswith(f"{floor}."):
-            return floor
-    assert name in ("", "bags"), f"{module} is on no floor: FLOORS in {Path(__file__).name}"
-    return ""
+    floors = [floor for floor in FLOORS[package] if f"{name}.".startswith(f"{floor}.")]
+    assert floors or name in ("", "bags", "tools"), f"{module}: on no floor in FLOORS"
+    return max(floors, key=len, default="")
 
 
 def imports(file: Path) -> Iterator[str]:
@@ -96,6 +98,53 @@ def test_no_arrow_goes_up(package: str) -> None:
             if floor and order.index(below) > order.index(floor):
                 wrong.append(f"{module} imports {target}")
     assert not wrong
+
+
+def part_of(module: str) -> str:
+    """Returns a module's part, such as ``rosoclingo.loop`` or ``rosoclingo_console``."""
+    package, *rest = module.split(".")
+    return ".".join([package, *rest[:1]]) if package == "rosoclingo" else package
+
+
+def arrows() -> Dict[str, Set[str]]:
+    """Returns the parts that each part imports."""
+    found: Dict[str, Set[str]] = {}
+    for package in FLOORS:
+        for file in modules(package):
+            module = ".".join(file.relative_to(ROOT / package / "src").with_suffix("").parts)
+            targets = {part_of(t) for t in imports(file) if t.split(".")[0] in FLOORS}
+            found.setdefault(part_of(module), set()).update(targets - {part_of(module)})
+    return found
+
+
+def circular(parts: Dict[str, Set[str]]) -> Dict[str, Set[str]]:
+    """Returns the parts in a circle, or between two circles, with what they import there."""
+    while True:
+        imported = {target for targets in parts.values() for target in targets}
+        rest = {name: ts & parts.keys() for name, ts in parts.items() if name in imported}
+        rest = {name: targets for name, targets in rest.items() if targets}
+        if rest == parts:
+            return rest
+        parts = rest
+
+
+def test_no_circle_between_parts() -> None:
+    assert circular(arrows()) == {}
+
+
+def test_a_circle_is_seen() -> None:
+    circle = {"bags": {"tools"}, "tools": {"bags"}}
+    others = {"ros": {"bags"}, "loop": {"engine"}, "engine": set()}
+    assert circular({**circle, **others, "bags": {"tools", "loop"}}) == circle
+
+
+def test_the_ground_floor_is_seen_at_a_glance() -> None:
+    """It has ten rooms at most, and the package's first lines name each of them."""
+    package = ROOT / "rosoclingo/src/rosoclingo"
+    rooms = sorted(file.parent.name for file in package.glob("*/__init__.py"))
+    text = ast.get_docstring(ast.parse((package / "__init__.py").read_text())) or ""
+    assert rooms == sorted(set(re.findall(r":mod:`\.(\w+)`", text)) - {"commands", "errors"})
+    assert len(rooms) <= 10
 
 
 def needs_ros(target: str) -> bool:

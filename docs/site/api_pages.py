@@ -1,7 +1,7 @@
 """Writes the pages of the API: one for each folder of Python modules, and lists of them.
 
 They stand as a newcomer reads them, from the bottom up: folders in the order of the tables in
-docs/architecture.md, section "Packages", and a module after those of its folder that it imports.
+docs/architecture.md, section "Folders", and a module after those of its folder that it imports.
 The pages go to ``docs/api/``, which git ignores, before Sphinx looks for documents.
 """
 
@@ -25,7 +25,7 @@ with one of these:
 
 * :mod:`rosoclingo_interfaces.interface`: what does the actions of a robot
 * :mod:`rosoclingo.commands`: commands of a mode of one's own
-* :mod:`rosoclingo.desk.system`: the planning loop in one process, without ROS
+* :mod:`rosoclingo.in_process.system`: the planning loop in one process, without ROS
 * :mod:`rosoclingo.why.explainer`: why there is no plan, or this action
 * :mod:`rosoclingo.loop.journal`: what has happened in a run
 * :mod:`rosclingo.ros.client`: clingo behind ROS; :mod:`rosclingo.solver.engine`: the same without
@@ -86,7 +86,7 @@ def folders(root: Path, package: str) -> List[str]:
     found = [_name(file.parent, source) for file in source.rglob("__init__.py")]
     missing = sorted(set(found) - {package, *order})
     if missing:
-        raise ValueError(f"docs/architecture.md, section Packages: no row names {missing}")
+        raise ValueError(f"docs/architecture.md, section Folders: no row names {missing}")
     return [package, *(name for name in order if name in found and name != package)]
 
 

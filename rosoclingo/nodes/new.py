@@ -1,4 +1,4 @@
 #!/usr/bin/env python
-from rosoclingo.scaffold.command import main
+from rosoclingo.tools.new.command import main
 
 main()

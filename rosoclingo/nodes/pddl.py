@@ -1,4 +1,4 @@
 #!/usr/bin/env python
-from rosoclingo.pddl.command import main
+from rosoclingo.tools.pddl.command import main
 
 main()

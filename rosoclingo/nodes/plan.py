@@ -1,5 +1,5 @@
 #!/usr/bin/env python
 import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
-from rosoclingo.desk.plan import main
+from rosoclingo.tools.plan.command import main
 
 main()

@@ -59,8 +59,8 @@ NOT_TYPED = {
     "rosnode kill": "names a command without a node",
     "rosrun diagnostic_aggregator": "needs ROS's aggregator, which is no dependency of ours",
     "rosrun rosoclingo new.py my_robot": "the tutorial begins with it",
-    "python3 -m rosoclingo.scaffold": "test_new.py of rosoclingo runs it",
-    "python3 -m rosoclingo.check": "test_check.py of rosoclingo runs it",
+    "python3 -m rosoclingo.tools.new": "test_new.py of rosoclingo runs it",
+    "python3 -m rosoclingo.tools.check": "test_check.py of rosoclingo runs it",
 }
 
 ACTIONS = str(ROOT / "rosoclingo_aspprograms" / "lib" / "actions.lp")

@@ -13,7 +13,7 @@ from waiting import wait_for
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Ground, Part
-from rosoclingo.desk import plan
+from rosoclingo.tools.plan import command as plan
 
 
 @of("docs/grounding_on_demand.md", "Asking")

@@ -13,8 +13,8 @@ from page import LINE, Page, of
 from readmes import ROOT, check_output, section
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.why.happened import happened
 from rosoclingo.why.past import Past
 from rosoclingo.why.phrases import Phrases

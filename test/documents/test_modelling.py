@@ -11,8 +11,8 @@ import pytest
 from page import ACTIONS, Page, of
 from readmes import ROOT, check_output, sections
 
-from rosoclingo.check import command as check
-from rosoclingo.desk import plan
+from rosoclingo.tools.check import command as check
+from rosoclingo.tools.plan import command as plan
 
 GUIDE, ROBOTS = "docs/modelling.md", "With robots"
 

@@ -11,7 +11,7 @@ from readmes import check_output
 from terminals import package
 
 from rosclingo.solver.options import Options
-from rosoclingo.check.alphabet import read_alphabet
+from rosoclingo.encodings.alphabet import read_alphabet
 from rosoclingo.loop.values.ids import type_event
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_interfaces.observation.observers import read_observers

@@ -1,11 +1,13 @@
 """Plans, executes, monitors and replans a robot's tasks with two clingo solvers.
 
-Folders: :mod:`.loop`, the planning loop, with a search of its own, :mod:`.engine`; :mod:`.single`,
-the one-node system; :mod:`.store`, durable runs; :mod:`.why`, explanations of plans; :mod:`.bags`,
-recording, replay and reports; and :mod:`.ros`, the nodes. For authors of encodings: :mod:`.desk`
-plans in one process, with :mod:`.profile` and pictures by :mod:`.drawing`; :mod:`.check` tests
-encodings; :mod:`.pddl` imports tasks; :mod:`.scaffold` writes a package. A user adds commands to
-:mod:`.commands`. Only :mod:`.ros` needs ROS, and in :mod:`.bags` recording and replay.
+From the bottom up: :mod:`.engine` is a search for plans, :mod:`.loop` the planning loop, with the
+one-node system, and :mod:`.store` keeps its runs durable. :mod:`.in_process` runs it all in one
+process, and :mod:`.encodings` reads what an encoding declares. :mod:`.why` explains plans, and
+:mod:`.ros` has the nodes. :mod:`.drawing` draws maps; :mod:`.bags` records, replays, compares and
+reports runs; :mod:`.tools` are the commands for authors of encodings. Beside these rooms, a user
+adds commands to :mod:`.commands`, and :mod:`.errors` has the errors of all.
+
+Only :mod:`.ros` needs ROS, and what is in folders ``ros/`` of :mod:`.bags` and :mod:`.tools`.
 """
 
 import rosclingo  # noqa: F401 (finds the libraries that our Debian packages bring along)

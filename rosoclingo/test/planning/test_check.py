@@ -12,15 +12,15 @@ from typing import Dict, List, Sequence, Tuple
 import pytest
 
 from rosclingo.solver.options import parse_options
-from rosoclingo.check import command, static, twins
-from rosoclingo.check.alphabet import read_alphabet
-from rosoclingo.check.command import Checking
-from rosoclingo.check.command_line import parse
-from rosoclingo.check.examples import Example, judge, read_examples
-from rosoclingo.check.run import Runner
-from rosoclingo.desk.command_line import parse_planner
-from rosoclingo.desk.parts import EXAMPLES
-from rosoclingo.single.dialects import detect
+from rosoclingo.encodings.alphabet import read_alphabet
+from rosoclingo.in_process.parts import EXAMPLES
+from rosoclingo.loop.single.dialects import detect
+from rosoclingo.tools.check import command, static, twins
+from rosoclingo.tools.check.command import Checking
+from rosoclingo.tools.check.command_line import parse
+from rosoclingo.tools.check.examples import Example, judge, read_examples
+from rosoclingo.tools.check.run import Runner
+from rosoclingo.tools.plan.command_line import parse_planner
 
 EPISODES = os.environ.get("EPISODES", "1")
 THIRDS = 3  # of the mailbot's many examples, as tests of their own

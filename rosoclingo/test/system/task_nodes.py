@@ -24,7 +24,7 @@ import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "unit"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "kit"))
 
 from task_judge import Rules
 from task_world import DOMAINS, MOST_SLOTS, TaskWorld

@@ -11,8 +11,8 @@ import pytest
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options, parse_options
 from rosoclingo.commands import ROSCommands
-from rosoclingo.desk.parts import SINGLE, make_parts
-from rosoclingo.desk.system import Request
+from rosoclingo.in_process.parts import SINGLE, make_parts
+from rosoclingo.in_process.system import Request
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import MessageArrived, StatusSet
 from rosoclingo.loop.loop import Loop

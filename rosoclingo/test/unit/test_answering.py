@@ -19,8 +19,9 @@ from waiting import wait_for
 
 from rosclingo.solver.options import Options
 from rosoclingo.errors import QuestionError
+from rosoclingo.loop.single.dialects import Dialect1, PaperDialect
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.snapshot import decode
-from rosoclingo.single.dialects import Dialect1, PaperDialect
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.process import CANCELED, CLOSED, AnsweringProcess
 from rosoclingo.why.question import (
@@ -33,7 +34,6 @@ from rosoclingo.why.question import (
     read_reply,
 )
 from rosoclingo.why.reason import MinimalReason
-from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import Encoding, QuestionTask, answer
 
 LINE = Encoding(Options((str(PACKAGE / "example/line.lp"),)), limit=20)

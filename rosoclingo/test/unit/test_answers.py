@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import List, Optional
 
-from rosoclingo.desk.answers import Answers
+from rosoclingo.in_process.answers import Answers
 
 
 def ask(answers: Answers, *actions: str) -> List[Optional[str]]:

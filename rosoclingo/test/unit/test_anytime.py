@@ -18,9 +18,8 @@ from rosclingo.wire.commands import Assumed, Outcome, Result
 from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
-from rosoclingo.desk.command_line import parse, simulated
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.improving import improve
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import (
@@ -49,6 +48,7 @@ from rosoclingo.loop.planner import layers
 from rosoclingo.loop.planner.task_search import TaskSearch
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.solver import Forwarding
+from rosoclingo.tools.plan.command_line import parse, simulated
 
 AT_ONCE = 1e-6  # seconds
 MAILBOT = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot"
@@ -57,11 +57,11 @@ REQUESTS = ["bring(a,b)", "bring(b,c)", "bring(d,a)", "bring(c,d)", "bring(b,a)"
 MODES = ["recording", "dyn_reset"]
 
 
-def simulation(mode: str, patience: float) -> DeskSimulation:
+def simulation(mode: str, patience: float) -> SimulatedSystem:
     options = Options(tuple(HALL), ("-c", "slots=5"))
     parts = make_parts(f"dynamic.incremental.{mode}", options, ("-c", "steps=60"))
     lasts = {"a": 5.0, "b": 8.0, "c": 3.0, "d": 12.0}
-    return DeskSimulation(parts.loop, seconds=lambda _, action: lasts.get(action[3:4], 2.0),
+    return SimulatedSystem(parts.loop, seconds=lambda _, action: lasts.get(action[3:4], 2.0),
                       patience=patience)  # fmt: skip
 
 
@@ -69,7 +69,7 @@ def events(entries: Sequence[Entry], kind: Any) -> List[Any]:
     return [entry.event for entry in entries if isinstance(entry.event, kind)]
 
 
-def improving(run: DeskSimulation) -> List[SearchEnded]:
+def improving(run: SimulatedSystem) -> List[SearchEnded]:
     return [one for one in events(run.journal, SearchEnded) if one.how in IMPROVING]
 
 
@@ -112,7 +112,7 @@ def test_at_the_desk_patience_is_the_end() -> None:
     goals = [word for request in REQUESTS for word in ("--goal", request)]
     chosen = parse([*HALL, "-c", "slots=5", "-c", "steps=60", "--patience", str(AT_ONCE), *goals])
     parts = make_parts(chosen.mode, chosen.options, chosen.mode_options)
-    run = DeskSimulation(parts.loop, **simulated(chosen))
+    run = SimulatedSystem(parts.loop, **simulated(chosen))
     assert run.run() is None
     assert {goal.words[-1] for goal in run.goals} == {"succeeded"}
     assert run.loop.state.planner.demand.improves
@@ -146,7 +146,7 @@ class Called(Forwarding):
         return super().solve(assumptions, *others)
 
 
-def called(comes: Callable[[DeskSimulation], None]) -> DeskSimulation:
+def called(comes: Callable[[SimulatedSystem], None]) -> SimulatedSystem:
     run = simulation("recording", AT_ONCE)
     planner = run.loop.state.planner
     planner._solver = wrapped = Called(planner._solver)
@@ -171,7 +171,7 @@ def test_an_input_ends_the_search() -> None:
 
 @pytest.mark.costly
 def test_who_does_not_answer_is_seen_in_the_search() -> None:
-    def wait(run: DeskSimulation) -> None:
+    def wait(run: SimulatedSystem) -> None:
         run.clock += 100.0
 
     run = called(wait)

@@ -14,9 +14,8 @@ from test_replay_inbox import replay_alike
 from rosclingo.solver.options import Options
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.story import RunStory
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.believing import BeliefKeeper
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
 from rosoclingo.loop.journal import BeliefsChanged
@@ -25,6 +24,7 @@ from rosoclingo.loop.values.beliefs import Beliefs, Evidence, Observation
 from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.loop.values.snapshot import decode, encode
 from rosoclingo.store.store import Store
+from rosoclingo.tools.plan.story import RunStory
 
 MAILBOT = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot"
 ENCODING = MAILBOT / "mailbot_causes.lp"

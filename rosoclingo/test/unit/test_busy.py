@@ -9,9 +9,9 @@ import pytest
 from conftest import PACKAGE
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop import journal
 from rosoclingo.loop.words import ABORT
 
@@ -89,7 +89,7 @@ newer(k-1) :- k > 1.
 """
 
 
-class Robots(DeskSimulation):
+class Robots(SimulatedSystem):
     """Actions that take one second, and some that take more.
 
     Attributes:

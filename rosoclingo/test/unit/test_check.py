@@ -15,17 +15,17 @@ import pytest
 from reproduced import is_reproduced
 from rosclingo.errors import OptionsError, RosclingoError
 from rosclingo.solver.options import Options
-from rosoclingo.check import twins
-from rosoclingo.check.alphabet import read_alphabet
-from rosoclingo.check.command import Checking, main, run
-from rosoclingo.check.command_line import parse
-from rosoclingo.check.examples import read_example, read_examples
-from rosoclingo.check.findings import Finding
-from rosoclingo.check.run import DOES, CheckedRun, FoundPlan
-from rosoclingo.desk.command_line import parse as parse_plan
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.launched.about import Launched
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.alphabet import read_alphabet
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
 from rosoclingo.loop.values.atoms import Action
+from rosoclingo.tools.check import twins
+from rosoclingo.tools.check.command import Checking, main, run
+from rosoclingo.tools.check.command_line import parse
+from rosoclingo.tools.check.examples import read_example, read_examples
+from rosoclingo.tools.check.findings import Finding
+from rosoclingo.tools.check.run import DOES, CheckedRun, FoundPlan
+from rosoclingo.tools.plan.command_line import parse as parse_plan
 
 LINE = f"{EXAMPLES}/line.lp"
 SMALL = ("-c", "cells=4")
@@ -254,7 +254,7 @@ def test_what_it_does(name: str, tmp_path: Path) -> None:
 
 
 def test_each_check_has_a_test() -> None:
-    from rosoclingo.check import invariants  # noqa: PLC0415 (the names of the checks)
+    from rosoclingo.tools.check import invariants  # noqa: PLC0415 (the names of the checks)
 
     names = {one.__name__ for one in invariants.CHECKS} | {"failed", "recall", "reset"}
     assert names == set(DYNAMIC)
@@ -472,7 +472,7 @@ def test_without_ros(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixt
     monkeypatch.setattr(sys, "argv", ["check.py", LINE, *SMALL, "--episodes", "1"])
     interrupt = signal.getsignal(signal.SIGINT)
     with pytest.raises(SystemExit) as ended:
-        runpy.run_module("rosoclingo.check", run_name="__main__")
+        runpy.run_module("rosoclingo.tools.check", run_name="__main__")
     signal.signal(signal.SIGINT, interrupt)
     assert ended.value.code == 0
     assert "nothing found" in capsys.readouterr().out

@@ -14,8 +14,8 @@ from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosclingo.solver.programs import Program
-from rosoclingo.completion.encoding import read_encoding
-from rosoclingo.launched.about import Launched
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.known import read_encoding
 
 
 def launched(file: Path) -> Launched:
@@ -45,8 +45,8 @@ def test_the_process_that_reads_ends_with_whoever_has_started_it(tmp_path: Path)
         "a :- X = 1..100000, Y = 1..100000, X*Y < 0.\n#program query(t). #external query(t)."
     )
     program = (
-        "import sys; from rosoclingo.launched.about import Launched\n"
-        "from rosoclingo.completion.encoding import read_encoding\n"
+        "import sys; from rosoclingo.encodings.about import Launched\n"
+        "from rosoclingo.encodings.known import read_encoding\n"
         "read_encoding(Launched.decode('/planner', sys.argv[1]))"
     )
     loaded = Program(texts={str(file): file.read_text()}, named=[str(file)])
@@ -68,7 +68,7 @@ def grounds(pid: int) -> bool:
     try:
         limits = Path(f"/proc/{pid}/limits").read_text()
         return (
-            "completion" in Path(f"/proc/{pid}/cmdline").read_text()
+            "encodings.grounding" in Path(f"/proc/{pid}/cmdline").read_text()
             and re.search(r"Max cpu time +60 ", limits) is not None
         )
     except OSError:

@@ -26,8 +26,8 @@ from rosclingo.errors import ServiceError, SolverEndedError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, find_mode, make_parts
 from rosoclingo.errors import ExhaustedError, StoreError
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, find_mode, make_parts
 from rosoclingo.loop.journal import Control, ControlArrived, MessageArrived
 from rosoclingo.loop.mode.controller import Controller, Info
 from rosoclingo.loop.quality import Quality

@@ -10,10 +10,10 @@ import pytest
 from conftest import HARD, PACKAGE, Make, RecordedGoal, System
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import Input, Moment
-from rosoclingo.desk.parts import SINGLE, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.errors import LoopError
+from rosoclingo.in_process.inputs import Input, Moment
+from rosoclingo.in_process.parts import SINGLE, make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop import diagnosis, waiting
 
 LINES = {name: str(PACKAGE / f"example/line{name}.lp") for name in ("", "_1.0", "_paper")}
@@ -447,7 +447,7 @@ def test_a_cancel_request_at_any_moment_ends_no_other_goal(
             *(Input("goal", f"visit({cell})") for cell in (5, 3, 6)),
             Input("cancel", str(cancelled), Moment("in", moment)),
         ]
-        run = DeskSimulation(parts.loop, inputs, abort_unreachable=True)
+        run = SimulatedSystem(parts.loop, inputs, abort_unreachable=True)
         assert run.run() is None
         left = bool(run.left)
         first, second, third = [goal.words[-1] for goal in run.goals]

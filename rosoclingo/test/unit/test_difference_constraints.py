@@ -9,16 +9,15 @@ import pytest
 from rosclingo.errors import ProgramError
 from rosclingo.solver.about import about
 from rosclingo.solver.options import parse_options
-from rosoclingo.check.alphabet import read_alphabet
-from rosoclingo.check.command import run as run_check
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.plan import run
-from rosoclingo.drawing.errors import GraphError
-from rosoclingo.drawing.graph import read_graph
-from rosoclingo.launched.about import Launched
-from rosoclingo.launched.started_with import started_with
-from rosoclingo.launched.unpack import unpack
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.alphabet import read_alphabet
+from rosoclingo.encodings.graph import GraphError, read_graph
+from rosoclingo.encodings.started_with import started_with
+from rosoclingo.encodings.unpack import unpack
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.tools.check.command import run as run_check
+from rosoclingo.tools.plan.command import run
 
 LINE = f"{EXAMPLES}/line.lp"
 # To go to cell X takes X seconds, and the robot has to be through in time. end(T), a variable: when

@@ -129,7 +129,7 @@ def test_the_sources_find_the_plans_that_compiled_modules_find() -> None:
         "from test_engine_search import FlatTask, improved\n"
         "print([improved(FlatTask(*task), 20) for task in eval(sys.stdin.read())])\n"
     )
-    paths = os.pathsep.join([SOURCES, str(Path(__file__).parent)])
+    paths = os.pathsep.join([SOURCES, str(Path(__file__).parent), str(Path(judge.__file__).parent)])
     ended = subprocess.run(
         [sys.executable, "-c", program],
         input=repr([tuple(task) for task in tasks]),

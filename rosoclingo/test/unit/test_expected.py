@@ -8,9 +8,9 @@ from typing import Any, Dict, List, Sequence, Tuple
 import pytest
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.values.arrivals import SaidTime
 from rosoclingo.loop.words import EXPECTED
 
@@ -24,7 +24,7 @@ TIMES = """
 """A step of the robot takes 10 s, and each goal is due within 25 s."""
 
 
-class Run(DeskSimulation):
+class Run(SimulatedSystem):
     """A robot on a line, with what was shown of it.
 
     Attributes:

@@ -12,8 +12,8 @@ import pytest
 
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumed, Improvement, Outcome, Result
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.system import Request, System
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.system import Request, System
 from rosoclingo.loop.inputs.inbox import MOST_QUEUED
 from rosoclingo.loop.journal import ARRIVALS, GoalArrived, MessageArrived, MessageDropped
 from rosoclingo.loop.values.solver import Forwarding

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from rosoclingo.launched.folder import Folder
+from rosoclingo.encodings.folder import Folder
 
 # Ends when nobody writes to it any more.
 MAKE = """
 import sys
-from rosoclingo.launched.folder import Folder
+from rosoclingo.encodings.folder import Folder
 print(Folder().path, flush=True)
 sys.stdin.read()
 """

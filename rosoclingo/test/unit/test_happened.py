@@ -11,8 +11,8 @@ from conftest import PACKAGE
 
 from rosclingo.errors import TermError
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.journal import (
     ActionPublished,
     ActionRetried,

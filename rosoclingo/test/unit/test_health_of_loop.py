@@ -18,8 +18,8 @@ from waiting import wait_for
 
 from rosclingo.health import Health, HealthLevel
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.actuator_health import (
     LATE_SECONDS,
     HealthClocks,

@@ -10,16 +10,16 @@ from typing import Any, Dict, Sequence
 
 import pytest
 
-from rosoclingo.check.alphabet import Alphabet
-from rosoclingo.check.command import Checking
-from rosoclingo.check.command_line import parse
-from rosoclingo.check.findings import typed
-from rosoclingo.check.search import FailureSearch
-from rosoclingo.desk import plan
-from rosoclingo.desk.command_line import parse as parse_plan
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import EXAMPLES
+from rosoclingo.encodings.alphabet import Alphabet
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import EXAMPLES
 from rosoclingo.loop.values.ids import RESERVED, split_event, type_event, why_no_message
+from rosoclingo.tools.check.command import Checking
+from rosoclingo.tools.check.command_line import parse
+from rosoclingo.tools.check.findings import typed
+from rosoclingo.tools.check.search import FailureSearch
+from rosoclingo.tools.plan import command as plan
+from rosoclingo.tools.plan.command_line import parse as parse_plan
 
 LINE = Path(f"{EXAMPLES}/line.lp").read_text()
 SMALL = ("-c", "cells=2", "-c", "steps=9")

@@ -9,9 +9,9 @@ import pytest
 
 from rosclingo.solver.about import about
 from rosclingo.solver.programs import Program
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.unpack import options
 from rosoclingo.errors import LaunchedError
-from rosoclingo.launched.about import Launched
-from rosoclingo.launched.unpack import options
 
 
 def test_what_is_encoded_is_decoded() -> None:

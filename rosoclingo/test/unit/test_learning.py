@@ -15,8 +15,8 @@ from crashes import Life, Runs, World, outcome
 from rosclingo.solver.options import Options
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode
@@ -55,11 +55,11 @@ def took(entries: Sequence[Entry]) -> List[Tuple[int, float]]:
     return [(e.number, e.seconds) for e in events if isinstance(e, ActionTook)]
 
 
-def simulate(file: str, seconds: Sequence[float], *goals: str, **more: Any) -> DeskSimulation:
+def simulate(file: str, seconds: Sequence[float], *goals: str, **more: Any) -> SimulatedSystem:
     """Has a robot reach goals one after the other, whose actions take so long."""
     parts = make_parts(more.pop("mode", DYN_RESET), Options((file,)), ("-c", "steps=40"))
     rest = list(seconds)
-    run = DeskSimulation(parts.loop, seconds=lambda actuator, action: rest.pop(0), **more)
+    run = SimulatedSystem(parts.loop, seconds=lambda actuator, action: rest.pop(0), **more)
     for goal in goals:
         run.request(goal)
         assert run.run() is None
@@ -71,7 +71,7 @@ def test_a_factor_of_what_was_learned_ends_what_hangs(file: str) -> None:
     """Going takes 10 s by the encoding and 30 s in truth: the third drive, which hangs, has 3x."""
     parts = make_parts(RECORDING, Options((file,)), ("-c", "steps=40"))
     answers = ["success"] * 6 + [None, "success"]
-    run = DeskSimulation(
+    run = SimulatedSystem(
         parts.loop,
         answer=lambda actuator, action: answers.pop(0),
         seconds=lambda actuator, action: 30.0 if answers else 1.0,
@@ -132,7 +132,7 @@ def test_only_a_success_counts(file: str) -> None:
     assert took(run.journal) == [(2, 20.0)]
 
 
-def abort_first(run: DeskSimulation) -> Callable[[], bool]:
+def abort_first(run: SimulatedSystem) -> Callable[[], bool]:
     """Has the first action aborted before it is answered."""
     turn = run.turn
 
@@ -146,7 +146,7 @@ def abort_first(run: DeskSimulation) -> Callable[[], bool]:
 
 def test_an_aborted_action_does_not_count(file: str) -> None:
     parts = make_parts(RECORDING, Options((file,)))
-    run = DeskSimulation(parts.loop, seconds=lambda actuator, action: 20.0)
+    run = SimulatedSystem(parts.loop, seconds=lambda actuator, action: 20.0)
     run.turn = abort_first(run)  # type: ignore[method-assign]
     run.request("visit(3)")
     assert run.run() is None

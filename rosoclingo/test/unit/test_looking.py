@@ -10,13 +10,13 @@ import pytest
 from conftest import TIMEOUT, Make, System
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk import system as desk
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process import system as desk
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledInput, ScheduledKind
 from rosoclingo.loop.journal import MessageArrived
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.why.situation import Situation
 
 RECORDING = "dynamic.incremental.recording"
 # A request of which nothing becomes, so that the goal waits.

@@ -29,8 +29,8 @@ from rosclingo.wire.commands import (
 )
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.desk.parts import SINGLE, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.parts import SINGLE, make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode
 from rosoclingo.loop.journal import (
@@ -96,7 +96,7 @@ def simulation(
     parts = make_parts(mode, Options((LINE,), ("-c", f"steps={steps}")), ("-c", f"steps={steps}"))
     solver = Slow(parts.planner, hard)
     parts = dataclasses.replace(parts, planner=solver)
-    return DeskSimulation(parts.loop, one_by_one_seconds=seconds), solver
+    return SimulatedSystem(parts.loop, one_by_one_seconds=seconds), solver
 
 
 def changed_line(folder: Path, rule: str) -> str:
@@ -108,14 +108,14 @@ def changed_line(folder: Path, rule: str) -> str:
     return str(file)
 
 
-def reach(run: DeskSimulation, request: str) -> None:
+def reach(run: SimulatedSystem, request: str) -> None:
     """Runs until what was asked for is done."""
     goal = run.request(request)
     assert run.run() is None
     assert goal.words == ["accepted", "succeeded"]
 
 
-def searches(run: DeskSimulation) -> List[SearchEnded]:
+def searches(run: SimulatedSystem) -> List[SearchEnded]:
     return [one.event for one in run.journal if isinstance(one.event, SearchEnded)]
 
 
@@ -316,13 +316,13 @@ RESETS = ["dynamic.incremental.reset", "dynamic.incremental.dyn_reset", MODES[0]
 FAR = 12  # a horizon from which on plans are found
 
 
-def far_simulation(mode: str, folder: Path, *, improves: bool) -> DeskSimulation:
+def far_simulation(mode: str, folder: Path, *, improves: bool) -> SimulatedSystem:
     options = Options(
         (changed_line(folder, BUSY),), ("-c", "steps=40", "--rand-freq=1", "--seed=1")
     )
     parts = make_parts(mode, options, ("-c", "steps=40"))
     parts = dataclasses.replace(parts, planner=Slow(parts.planner, range(1, FAR)))
-    return DeskSimulation(parts.loop, one_by_one_seconds=AT_ONCE, improves=improves)
+    return SimulatedSystem(parts.loop, one_by_one_seconds=AT_ONCE, improves=improves)
 
 
 @pytest.mark.parametrize("mode", RESETS)
@@ -358,7 +358,7 @@ def test_a_cheaper_plan_may_be_longer(mode: str, tmp_path: Path) -> None:
     actions = {}
     for patience in (0.0, 60.0):
         parts = make_parts(mode, Options((file,), ("-c", "steps=8")), ("-c", "steps=8"))
-        run = DeskSimulation(parts.loop, one_by_one_seconds=2.0, patience=patience)
+        run = SimulatedSystem(parts.loop, one_by_one_seconds=2.0, patience=patience)
         reach(run, "visit(3)")
         plans = [one.event for one in run.journal if isinstance(one.event, PlanFound)]
         actions[patience] = next(plan.actions for plan in plans if plan.actions)
@@ -396,7 +396,7 @@ def test_a_plan_becomes_cheaper_while_robots_act(mode: str, tmp_path: Path) -> N
     options = Options((changed_line(tmp_path, EARLY),), ("-c", "steps=40", "--sign-def=pos"))
     parts = make_parts(mode, options, ("-c", "steps=40"))
     parts = dataclasses.replace(parts, planner=Hasty(parts.planner, range(1, FAR)))
-    run = DeskSimulation(parts.loop, one_by_one_seconds=AT_ONCE, improves=True)
+    run = SimulatedSystem(parts.loop, one_by_one_seconds=AT_ONCE, improves=True)
     reach(run, "visit(6)")
     assert [action for _, action in run.published] == WALK
     ahead, better, *_ = [one for one in searches(run) if one.quality]

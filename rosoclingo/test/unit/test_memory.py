@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import List
 
 import pytest
+import short_of_memory
 from short_of_memory import ENCODING, LARGE
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import SINGLE
+from rosoclingo.in_process.parts import SINGLE
+from rosoclingo.loop.situation import Situation
 from rosoclingo.why.process import AnsweringProcess
 from rosoclingo.why.question import Question, ReplyStatus
-from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import Encoding, QuestionTask
 
 LINE = ENCODING.parents[2] / "example" / "line.lp"
@@ -41,7 +42,7 @@ def child(*arguments: str) -> subprocess.CompletedProcess[str]:
 )
 def test_the_goal_that_asks_for_too_much_ends_alone(mode: str, megabytes: int, kind: str) -> None:
     """Those that were told with it, or that a robot is busy with, go on, and later ones, too."""
-    script = str(Path(__file__).with_name("short_of_memory.py"))
+    script = short_of_memory.__file__
     ended = child(script, mode, str(megabytes), kind)
     assert ended.returncode == 0, ended.stderr
     goals, published, error = json.loads(ended.stdout)

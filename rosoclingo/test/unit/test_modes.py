@@ -11,9 +11,9 @@ from conftest import walk
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Externals, GetExternals, GetStats, Ground, Part, Stats
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
 from rosoclingo.errors import LoopError
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop import journal
 
 PACKAGE = Path(__file__).resolve().parents[2]

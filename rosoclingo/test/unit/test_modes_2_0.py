@@ -10,9 +10,9 @@ import pytest
 from rosclingo.solver.options import Options
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.system import System
 from rosoclingo.errors import LoopError
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledKind
 
 MODE = str(Path(__file__).resolve().parents[1] / "modes" / "dynamic_2_0.lp")

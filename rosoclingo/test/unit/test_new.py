@@ -20,15 +20,15 @@ from rosclingo.solver.options import Options
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.startup import check, starts
-from rosoclingo.desk import plan
-from rosoclingo.desk.bag import write_bag
-from rosoclingo.desk.command_line import parse
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop import journal
-from rosoclingo.scaffold import command
-from rosoclingo.scaffold import package as scaffold
-from rosoclingo.scaffold.package import PackageError, find_library, render, write
+from rosoclingo.tools.new import command
+from rosoclingo.tools.new import package as scaffold
+from rosoclingo.tools.new.package import PackageError, find_library, render, write
+from rosoclingo.tools.plan import command as plan
+from rosoclingo.tools.plan.bag import write_bag
+from rosoclingo.tools.plan.command_line import parse
 from rosoclingo.why.phrases import Phrases
 
 NAMES = ["my_robot", "r2", "a_robot_with_a_name_that_is_longer_than_most_are"]
@@ -271,7 +271,7 @@ def test_without_ros(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["new.py", "my_robot"])
     with pytest.raises(SystemExit) as ended:
-        runpy.run_module("rosoclingo.scaffold", run_name="__main__")
+        runpy.run_module("rosoclingo.tools.new", run_name="__main__")
     assert ended.value.code == 0
     assert capsys.readouterr().out.startswith("wrote my_robot:\n    CHANGELOG.rst\n")
     assert read_recording(tmp_path / "my_robot/test/visits.bag").entries

@@ -8,8 +8,8 @@ from typing import Any, List, Optional, Tuple
 import pytest
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop import journal
 from rosoclingo.loop.execution.interlock import Interlock
 from rosoclingo.loop.inputs.inbox import Inbox

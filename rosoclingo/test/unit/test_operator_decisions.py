@@ -11,8 +11,8 @@ from typing import Any, List, Optional, Tuple
 import pytest
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.system import Request, System
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.system import Request, System
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control, ControlArrived, ControlOutcome
 from rosoclingo.loop.values.execution import HeldAction, HoldReason, OperatorState

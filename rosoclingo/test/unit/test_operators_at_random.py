@@ -15,7 +15,7 @@ import pytest
 from crashes import Life, Runs, World
 from draws import draws
 
-from rosoclingo.desk.parts import SINGLE
+from rosoclingo.in_process.parts import SINGLE
 from rosoclingo.loop.execution.interlock import Interlock
 from rosoclingo.loop.journal import AnswerArrived, Control, ControlArrived, ControlOutcome
 from rosoclingo.loop.loop import Loop

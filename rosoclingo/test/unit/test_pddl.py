@@ -10,16 +10,16 @@ import pytest
 from downward_versions import VERSIONS, use_version
 
 from plan_validator import PlanValidator
-from rosoclingo.pddl import alternatives, translator
-from rosoclingo.pddl.conditions import compile_conditions
-from rosoclingo.pddl.declarations import check_declarations
-from rosoclingo.pddl.domain import Domain, Problem, read_domain, read_problem
-from rosoclingo.pddl.expressions import ListForm, PddlError, Word, parse, read_file
-from rosoclingo.pddl.names import Identifiers
-from rosoclingo.pddl.numbers import Numbers, NumericUse
-from rosoclingo.pddl.sas import SasRule, parse_sas
-from rosoclingo.pddl.translator import translate
-from rosoclingo.pddl.variables import variables
+from rosoclingo.tools.pddl import alternatives, translator
+from rosoclingo.tools.pddl.conditions import compile_conditions
+from rosoclingo.tools.pddl.declarations import check_declarations
+from rosoclingo.tools.pddl.domain import Domain, Problem, read_domain, read_problem
+from rosoclingo.tools.pddl.expressions import ListForm, PddlError, Word, parse, read_file
+from rosoclingo.tools.pddl.names import Identifiers
+from rosoclingo.tools.pddl.numbers import Numbers, NumericUse
+from rosoclingo.tools.pddl.sas import SasRule, parse_sas
+from rosoclingo.tools.pddl.translator import translate
+from rosoclingo.tools.pddl.variables import variables
 
 DOMAIN = """(define (domain Lift)
 (:requirements :strips :typing :action-costs)

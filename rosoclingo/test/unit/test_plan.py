@@ -13,16 +13,16 @@ from typing import Any, Dict, List, NamedTuple
 
 import pytest
 
+from rosclingo import terminal
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
-from rosoclingo.bags.text import PROGRESS, say
-from rosoclingo.desk import progress
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.plan import main, run
-from rosoclingo.desk.simulation import DeskSimulation
+from rosclingo.terminal import PROGRESS, ProgressPrinter, say
 from rosoclingo.drawing.errors import PictureError
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.journal import CommandDone, encode
+from rosoclingo.tools.plan.command import main, run
 
 LINE = f"{EXAMPLES}/line.lp"
 MODES = ["fixed.recording", "incremental.recording", "incremental.reset", "incremental.dyn_reset"]
@@ -263,8 +263,8 @@ def test_progress(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
         asked.set()
         return "step 3, horizon 7"
 
-    monkeypatch.setattr(progress, "_SECONDS", 0.001)
-    with progress.ProgressPrinter(place):
+    monkeypatch.setattr(terminal, "_SECONDS", 0.001)
+    with ProgressPrinter(place):
         assert asked.wait(30)
     assert "0 s: step 3, horizon 7\n" in capsys.readouterr().err
 
@@ -466,8 +466,9 @@ def test_a_picture_that_cannot_be_drawn(plan: Any, tmp_path: Path) -> None:
 
 
 def test_without_matplotlib_all_but_pictures_works(tmp_path: Path) -> None:
-    program = "import sys; sys.modules['matplotlib'] = None\nfrom rosoclingo.desk.plan import main"
-    command = [sys.executable, "-c", f"{program}; main()", LINE, "--goal", "visit(3)", "--simulate"]
+    blocker = "import sys; sys.modules['matplotlib'] = None"
+    program = f"{blocker}\nfrom rosoclingo.tools.plan.command import main; main()"
+    command = [sys.executable, "-c", program, LINE, "--goal", "visit(3)", "--simulate"]
 
     def run(*arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([*command, *arguments], capture_output=True, text=True, check=False)
@@ -505,7 +506,7 @@ def test_each_command(plan: Any) -> None:
 def simulate(mode: str, *inputs: str) -> List[Any]:
     """Returns the journal of a simulation, but for how long commands took."""
     parts = make_parts(mode, Options((LINE,)), ("-c", "steps=20"))
-    simulation = DeskSimulation(parts.loop, [read_input(*one.split(" ")) for one in inputs])
+    simulation = SimulatedSystem(parts.loop, [read_input(*one.split(" ")) for one in inputs])
     assert simulation.run() is None
     return [
         (entry.seconds, entry.step, entry.horizon, encode(entry.event)._replace(seconds=0))
@@ -522,7 +523,7 @@ def test_the_same_run_again(mode: str) -> None:
 def test_an_answer_in_a_command() -> None:
     """It comes at once, and not when the action would be over."""
     parts = make_parts(SINGLE, Options((LINE,)))
-    first = DeskSimulation(parts.loop, [read_input("goal:visit(2)")])
+    first = SimulatedSystem(parts.loop, [read_input("goal:visit(2)")])
     first.run()
     number = 1 + next(
         index
@@ -533,7 +534,7 @@ def test_an_answer_in_a_command() -> None:
     )
     parts = make_parts(SINGLE, Options((LINE,)))
     inputs = [read_input("goal:visit(2)"), read_input("robot:success", f"in:{number}")]
-    second = DeskSimulation(parts.loop, inputs)
+    second = SimulatedSystem(parts.loop, inputs)
     second.run()
     assert (first.clock, second.clock) == (1.0, 0.0)
     assert second.goals[0].words == ["accepted", "succeeded"]
@@ -543,9 +544,9 @@ def test_the_command_without_ros(tmp_path: Path) -> None:
     """It runs in any folder, and imports nothing of ROS, nor what only other commands need."""
     others = "'rospy', 'rosgraph', 'rosclingo.msg', 'logging', 'concurrent.futures'"
     code = (
-        "import sys, rosoclingo.desk.plan as plan\n"
+        "import sys, rosoclingo.tools.plan.command as plan\n"
         "try:\n    plan.main(sys.argv[1:])\n"
-        f"finally:\n    print(sorted(sys.modules.keys() & {{{others}, 'rosoclingo.single'}}))"
+        f"finally:\n    print(sorted(sys.modules.keys() & {{{others}, 'rosoclingo.loop.single'}}))"
     )
     folders = [str(Path(__file__).resolve().parents[3] / name / "src")
                for name in ("rosclingo", "rosoclingo")]  # fmt: skip

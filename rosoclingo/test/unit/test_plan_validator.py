@@ -8,7 +8,7 @@ from typing import List, Tuple
 import pytest
 
 from plan_validator import read_validator
-from rosoclingo.pddl.expressions import PddlError
+from rosoclingo.tools.pddl.expressions import PddlError
 
 DOMAIN = """(define (domain harbour)
 (:requirements :adl :derived-predicates :numeric-fluents :typing)

@@ -10,8 +10,8 @@ from typing import Any, Dict, List, Sequence, Tuple, Type
 import pytest
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.execution.patterns import ActionPattern
 from rosoclingo.loop.execution.policies import ActionPolicies
 from rosoclingo.loop.journal import (

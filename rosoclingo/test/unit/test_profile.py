@@ -17,11 +17,11 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Program
 from rosclingo.wire import commands as wire
-from rosoclingo.desk.parts import EXAMPLES
-from rosoclingo.desk.plan import run
-from rosoclingo.profile.counting import Counts, count
-from rosoclingo.profile.marking import Statement, mark
-from rosoclingo.profile.measuring import MeasuredEngine, SolverTrace
+from rosoclingo.in_process.parts import EXAMPLES
+from rosoclingo.tools.plan.command import run
+from rosoclingo.tools.profile.counting import Counts, count
+from rosoclingo.tools.profile.marking import Statement, mark
+from rosoclingo.tools.profile.measuring import MeasuredEngine, SolverTrace
 
 ROOT = Path(__file__).resolve().parents[3]
 LINE = f"{EXAMPLES}/line.lp"

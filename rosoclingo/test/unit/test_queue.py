@@ -8,9 +8,9 @@ from typing import Callable, List, Sequence
 import pytest
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.journal import Event, Status, StatusSet
 from rosoclingo.loop.values.goals import Goal, Goals
 
@@ -63,7 +63,7 @@ def test_the_encoding_says_who_is_first(tmp_path: Path, encoding: str, mode: str
     file.write_text(FIRST[encoding])
     options = Options((f"{EXAMPLES}/{encoding}.lp", str(file)), ("-c", "slots=1"))
     inputs = ["goal:visit(2)", "goal:visit(3)", "goal:visit(4)", "goal:visit(6)", "goal:visit(5)"]
-    run = DeskSimulation(make_parts(mode, options).loop, [read_input(one) for one in inputs])
+    run = SimulatedSystem(make_parts(mode, options).loop, [read_input(one) for one in inputs])
     assert run.run() is None
     assert [goal.words for goal in run.goals] == [["accepted", "succeeded"]] * 5
     assert places(run.goals[4].lines)[-3:] == [3, 2, 1]  # visit(3) was overtaken already
@@ -93,6 +93,6 @@ def test_how_late_a_goal_is_counts_from_when_it_came(tmp_path: Path) -> None:
     options = Options((f"{EXAMPLES}/line.lp", str(file)), ("-c", "slots=1"))
     inputs = [read_input("goal:visit(3)"), read_input("goal:visit(4)")]
     parts = make_parts("dynamic.incremental.recording", options)
-    run = DeskSimulation(parts.loop, inputs, seconds=lambda *_: 10.0)
+    run = SimulatedSystem(parts.loop, inputs, seconds=lambda *_: 10.0)
     assert run.run() is None
     assert "late by 29 s" in run.goals[1].lines

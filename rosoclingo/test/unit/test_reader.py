@@ -14,13 +14,13 @@ from bag_maker import STORE, Maker, data, run, source, stamp, texts
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosoclingo.bags.holds import OperatorDecisions
 from rosoclingo.bags.model import FeedbackLine, Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.replay.startup import check
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, OLDER_MD5SUMS
 from rosoclingo.bags.wire import Message, rosbags_type
-from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.errors import BagError
 from rosoclingo.loop.journal import (
     CancelArrived,

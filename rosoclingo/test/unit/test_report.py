@@ -16,6 +16,7 @@ from conftest import exit_status
 from journals import Journal, long_journal
 from matplotlib.figure import Figure
 
+from rosoclingo.bags.holds import OperatorDecisions
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report import picture
 from rosoclingo.bags.report.command import main
@@ -24,8 +25,7 @@ from rosoclingo.bags.report.picture import draw, label
 from rosoclingo.bags.report.rows import COLOURS, LEGEND, Bar, Lane
 from rosoclingo.bags.report.run import Statistics
 from rosoclingo.bags.report.statistics import compute
-from rosoclingo.drawing.holds import OperatorDecisions
-from rosoclingo.launched.about import LOOP_NODE, SOLVER_NODE, Launched
+from rosoclingo.encodings.about import LOOP_NODE, SOLVER_NODE, Launched
 
 HOSTILE = "</script><img src=x onerror=alert(1)><!--<script>&lt;\u2028'\"@SCRIPT@"
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -17,8 +17,8 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.errors import LoopError
 from rosoclingo.loop.mode.controller import Info
-from rosoclingo.single.algorithm1 import Algorithm1, Position, Stage, last_step
-from rosoclingo.single.dialects import detect
+from rosoclingo.loop.single.algorithm1 import Algorithm1, Position, Stage, last_step
+from rosoclingo.loop.single.dialects import detect
 
 LINE = {
     "paper": str(PACKAGE / "example/line_paper.lp"),

@@ -14,8 +14,8 @@ from resuming import resume, snapshot_of
 
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Part, Result
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.system import Request, System
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.system import Request, System
 from rosoclingo.loop import journal, waiting
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.goals import Goal

@@ -16,9 +16,9 @@ from rosclingo.solver.programs import parse_files
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.replay.disk import from_disk, is_unchanged
 from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.unpack import unpack
 from rosoclingo.errors import BagError, LaunchedError
-from rosoclingo.launched.about import Launched
-from rosoclingo.launched.unpack import unpack
 from rosoclingo.loop.journal import Entry, LoopWaits
 
 FILES = {"/home/me/ws/task.lp": '#include "parts/map.lp".', "/home/me/ws/parts/map.lp": "a."}

@@ -23,10 +23,10 @@ from rosclingo.errors import ServiceError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
-from rosoclingo.desk.parts import SINGLE
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.started_with import started_with
 from rosoclingo.errors import PlannerError, StoreError
-from rosoclingo.launched.about import Launched
-from rosoclingo.launched.started_with import started_with
+from rosoclingo.in_process.parts import SINGLE
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import (
     LOOP,

@@ -21,8 +21,8 @@ from test_replay_kills import Replayed
 from rosoclingo.bags.compare import text_report
 from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.read.run import Run
-from rosoclingo.desk.parts import SINGLE
 from rosoclingo.engine.process import SearchProcess
+from rosoclingo.in_process.parts import SINGLE
 from rosoclingo.loop.journal import Ended, Entry, SearchEnded
 from rosoclingo.loop.planner import task_search
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE

@@ -10,8 +10,8 @@ import pytest
 from resuming import resume, snapshot_of
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop import journal
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.inputs.inbox import Item

@@ -31,8 +31,9 @@ from rosclingo.wire.commands import (
 )
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
+from rosoclingo.loop.single.dialects import Dialect1, Dialect2, PaperDialect
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.snapshot import decode, encode
-from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.copy_by_assumptions import AssumingCopy
 from rosoclingo.why.copy_by_regrounding import RebuildingCopy
@@ -43,7 +44,6 @@ from rosoclingo.why.planner_copy import CopyAnswer, Deadline, PlanQuery, Verdict
 from rosoclingo.why.query import Case
 from rosoclingo.why.reason import MinimalReason, ReasonSearch
 from rosoclingo.why.rules import is_relaxed
-from rosoclingo.why.situation import Situation
 
 LINES = {
     dialect: str(PACKAGE / f"example/line{name}.lp")

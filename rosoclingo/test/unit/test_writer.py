@@ -71,8 +71,8 @@ def test_killed_after_a_flush(tmp_path: Path) -> None:
         "writer.flush()\n"
         "os.kill(os.getpid(), 9)\n"
     )
-    here = str(Path(__file__).parent)
-    process = subprocess.run([sys.executable, "-c", code, str(file), here], check=False)
+    kit = str(Path(__file__).parents[1] / "kit")
+    process = subprocess.run([sys.executable, "-c", code, str(file), kit], check=False)
     assert process.returncode == -9
     recording = read_recording(file)
     assert len(recording.entries) == 20

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Deque, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
 from plan_validator import PlanValidator, read_validator, typed_list_of
-from rosoclingo.pddl.expressions import PddlError
+from rosoclingo.tools.pddl.expressions import PddlError
 
 _MOST_STATES = 1500
 _BASE = {"p": 1, "q": 1, "e": 2, "z": 0}

@@ -9,8 +9,8 @@ from instance_map import InstanceMap
 
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import SINGLE, make_parts
-from rosoclingo.desk.system import Request, System
+from rosoclingo.in_process.parts import SINGLE, make_parts
+from rosoclingo.in_process.system import Request, System
 from rosoclingo.loop.journal import PlanFound, Record, StatusSet
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.words import SOLVER

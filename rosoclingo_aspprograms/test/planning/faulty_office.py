@@ -11,8 +11,8 @@ from episode import DYN_RESET, OFFICE, PACKAGE, RECORDING
 from instance_map import InstanceMap
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.journal import PlanFound, Record, Status, StatusSet
 from rosoclingo_aspprograms.validator import arguments
 

@@ -9,14 +9,14 @@ import pytest
 from test_actions import ACTIONS, World
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo.desk.system import Request
 from rosoclingo.engine.task import PlanningTask
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
+from rosoclingo.in_process.system import Request
 from rosoclingo.loop.journal import PlanFound, Status, StatusSet
+from rosoclingo.loop.situation import Situation
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.situation import Situation
 
 MODE = "dynamic.incremental.dyn_reset"
 
@@ -236,7 +236,7 @@ def test_times_do_not_move_if_all_goes_as_planned(tmp_path: Path) -> None:
     parts = make_parts("dynamic.incremental.recording", Options(files))
     requests = ("serve(soup,t1)", "clear(t2)", "serve(steak,t3)")
     inputs = [read_input(f"goal:{request}") for request in requests]
-    run = DeskSimulation(parts.loop, inputs, seconds=lambda actuator, action: None)
+    run = SimulatedSystem(parts.loop, inputs, seconds=lambda actuator, action: None)
     assert run.run() is None
     ends = {
         entry.event.goal: entry.seconds

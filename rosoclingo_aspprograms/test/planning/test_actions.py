@@ -14,11 +14,11 @@ from draws import draws
 from episode import DYN_RESET, PACKAGE, RECORDING, RESET, SINGLE
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.plan import main as plan
-from rosoclingo.desk.system import Request, System
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import Request, System
 from rosoclingo.loop.planner import layers
 from rosoclingo.loop.words import SOLVER
+from rosoclingo.tools.plan.command import main as plan
 
 HOSPITAL = str(PACKAGE / "hospital" / "hospital.lp")
 SMALL = str(PACKAGE / "hospital" / "instances" / "small.lp")

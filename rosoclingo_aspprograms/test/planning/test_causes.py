@@ -15,8 +15,8 @@ from episode import DYN_RESET, MAILBOT, OFFICE, RECORDING, SINGLE
 from faulty_office import CAUSES, FAILURE, SUCCESS, FaultyOffice, play
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo_aspprograms.validator import arguments
 
 SEEDS = draws([100, 101], 20, "EPISODES")

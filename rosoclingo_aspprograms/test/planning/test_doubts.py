@@ -8,11 +8,11 @@ import pytest
 from test_actions import ACTIONS
 
 from rosclingo.solver.options import Options
-from rosoclingo.check import model, static
-from rosoclingo.check.alphabet import read_alphabet
-from rosoclingo.single.dialects import Dialect2
+from rosoclingo.encodings.alphabet import read_alphabet
+from rosoclingo.loop.single.dialects import Dialect2
+from rosoclingo.loop.situation import Situation
+from rosoclingo.tools.check import model, static
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.situation import Situation
 
 TASK = """
 robot(r).

@@ -10,8 +10,8 @@ import pytest
 from episode import DYN_RESET, PACKAGE, RECORDING, RESET, SINGLE
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.journal import ActionRetried, MessageArrived
 from rosoclingo.store.sqlite_store import SqliteStore
 from rosoclingo.store.store import Store

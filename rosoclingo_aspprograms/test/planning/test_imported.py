@@ -21,11 +21,11 @@ from episode import DYN_RESET
 from plan_validator import read_validator
 from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.system import Request, System
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.system import Request, System
 from rosoclingo.loop.words import SOLVER
-from rosoclingo.pddl.expressions import PddlError
-from rosoclingo.pddl.files import ImportOptions, import_task, write_files
+from rosoclingo.tools.pddl.expressions import PddlError
+from rosoclingo.tools.pddl.files import ImportOptions, import_task, write_files
 
 pytestmark = NEEDS_DOWNWARD
 DOMAIN = Path(EXAMPLES, "pddl", "delivery.pddl")
@@ -291,7 +291,7 @@ def test_a_goal_that_nobody_can_reach_is_refused(
 
 @pytest.mark.costly
 def test_the_command_writes_what_plan_py_reads(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "rosoclingo.pddl", str(DOMAIN), str(PROBLEM)]
+    command = [sys.executable, "-m", "rosoclingo.tools.pddl", str(DOMAIN), str(PROBLEM)]
     command += ["--actuators", "robot", "--folder", str(tmp_path)]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)
     assert f"wrote {tmp_path / 'delivery.lp'}" in ended.stdout

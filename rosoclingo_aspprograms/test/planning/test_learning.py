@@ -16,8 +16,8 @@ from test_seconds import Draw, agendas, feedback, plan_for, replay
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import Plan
 from rosoclingo_aspprograms.validator import Edge, arguments
@@ -32,7 +32,7 @@ RING = InstanceMap(
 """From a to b by x or by y, which is longer."""
 
 
-class Drive(DeskSimulation):
+class Drive(SimulatedSystem):
     """One robot in a map, whose ways take as long as in another one."""
 
     def __init__(self, mode: str, believed: InstanceMap, real: InstanceMap, folder: Path) -> None:

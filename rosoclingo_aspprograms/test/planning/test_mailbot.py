@@ -28,7 +28,7 @@ from instance_map import InstanceMap
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Ground, Part, Result
-from rosoclingo.desk.system import System
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.planner.planner import Planner
 
 DYNAMIC = [FIXED, *INCREMENTAL]

@@ -20,8 +20,8 @@ from test_imported import ImportedWorld
 
 from rosoclingo.loop.planner import layers, planner
 from rosoclingo.loop.words import SOLVER
-from rosoclingo.pddl.expressions import PddlError
-from rosoclingo.pddl.files import ImportOptions, import_task, write_files
+from rosoclingo.tools.pddl.expressions import PddlError
+from rosoclingo.tools.pddl.files import ImportOptions, import_task, write_files
 
 pytestmark = [pytest.mark.costly, NEEDS_DOWNWARD]
 SEEDS = draws(list(range(12)), 100, "TASKS")

@@ -10,9 +10,9 @@ from episode import OFFICE, PAPER, SINGLE, Episode, walk
 from instance_map import InstanceMap
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 
 
 @pytest.fixture
@@ -154,7 +154,7 @@ def test_the_only_way_is_free_again_in_the_step_in_which_it_was_found_blocked(wa
         read_input(f"info:unblocked({way})", "in:60"),
     ]
     parts = make_parts(SINGLE, Options((OFFICE, PAPER)), ["-c", "steps=60"])
-    simulation = DeskSimulation(parts.loop, inputs)
+    simulation = SimulatedSystem(parts.loop, inputs)
     assert simulation.run() is None
     assert [action for _, action in simulation.published] == walk(
         "c6 c5 o9 o9 pickup(o9,o14) c5 c4 c3 o14 deliver(o9,o14)"

@@ -13,7 +13,7 @@ import pytest
 from test_actions import write
 from test_open_goals import restaurant
 
-PLAN = (sys.executable, "-m", "rosoclingo.desk.plan")
+PLAN = (sys.executable, "-m", "rosoclingo.tools.plan")
 
 
 def _plan(encoding: str, *tables: int, seed: int = 0) -> List[List[object]]:

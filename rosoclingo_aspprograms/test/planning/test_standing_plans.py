@@ -13,9 +13,9 @@ from test_task_search import ERRANDS
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.system import System
 from rosoclingo.engine.standing import Standing
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.system import System
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, Planner
 from rosoclingo.loop.values.atoms import Plan
 

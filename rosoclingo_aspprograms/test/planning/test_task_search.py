@@ -14,7 +14,6 @@ from test_actions import World, write
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
-from rosoclingo.desk import plan
 from rosoclingo.engine import process
 from rosoclingo.engine.flattening import flatten
 from rosoclingo.engine.improving import Improver
@@ -27,6 +26,7 @@ from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, Planner
 from rosoclingo.loop.planner.task_search import TaskSearch, found
 from rosoclingo.loop.values.atoms import Action, Plan
 from rosoclingo.loop.words import FAILURE
+from rosoclingo.tools.plan import command as plan
 
 ERRANDS = """
 #include "{actions}".

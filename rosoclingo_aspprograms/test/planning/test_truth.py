@@ -21,9 +21,9 @@ from episode import BENCH, DYN_RESET, FIXED, MAILBOT, RECORDING, RESET, SINGLE
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.shared import shared
-from rosoclingo.desk.system import Request, System
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.shared import shared
+from rosoclingo.in_process.system import Request, System
 from rosoclingo.loop.journal import Status, StatusSet
 from rosoclingo.loop.values.goals import Goal
 

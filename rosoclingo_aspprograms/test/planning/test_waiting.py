@@ -10,9 +10,9 @@ from episode import DYN_RESET, RECORDING, RESET, SINGLE
 from test_actions import ACTIONS
 
 from rosclingo.solver.options import Options
-from rosoclingo.desk.inputs import read_input
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.in_process.inputs import read_input
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.journal import ActionPublished, StatusSet
 
 # The waiter lays the table for 100 s; a dish takes 10 s to fry, and is hot for 20 s.
@@ -85,7 +85,7 @@ SECONDS = {"lay": 100.0, "fry": 10.0, "serve": 5.0, "look": 30.0, "wash": 60.0, 
            "go": 80.0}  # fmt: skip
 
 
-class Kitchen(DeskSimulation):
+class Kitchen(SimulatedSystem):
     """Notes in ``began`` when actions begin, in seconds."""
 
     def __init__(

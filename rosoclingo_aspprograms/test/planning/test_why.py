@@ -24,11 +24,11 @@ from rosclingo.wire.commands import Result
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import QuestionError
 from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.atoms import Plan
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.facts import FactKind
 from rosoclingo.why.reason import MinimalReason
-from rosoclingo.why.situation import Situation
 from rosoclingo_aspprograms.validator import Edge
 
 MAPS = range(*map(int, os.environ.get("WHY_MAPS", "0:0").split(":")))
@@ -399,7 +399,7 @@ def test_a_long_history_makes_no_other_answer(seed: int, monkeypatch: pytest.Mon
     options = Options((OFFICE, MAILBOT))
     short, episode = run(SINGLE, happens, 24, options)
     assert short.offset + short.step == episode.loop.state.step > 20
-    monkeypatch.setattr("rosoclingo.why.situation._HISTORY", 1000)
+    monkeypatch.setattr("rosoclingo.loop.situation._HISTORY", 1000)
     full = Situation.of(episode.loop.state, 60)
     assert full.offset == 0
     assert len(full.told) > len(short.told)

@@ -39,18 +39,18 @@ from instance_map import InstanceMap
 
 from rosclingo.solver.options import Options, parse_options
 from rosclingo.wire.term_text import last_number, split_term
-from rosoclingo.check.alphabet import Alphabet, read_alphabet
-from rosoclingo.desk.answers import Answers
-from rosoclingo.desk.inputs import CANCEL, GOAL, Input, Moment
-from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.encodings.alphabet import Alphabet, read_alphabet
+from rosoclingo.in_process.answers import Answers
+from rosoclingo.in_process.inputs import CANCEL, GOAL, Input, Moment
+from rosoclingo.in_process.parts import EXAMPLES, make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
 from rosoclingo.loop.planner.demand import Pair
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.atoms import PASSED, event
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan, later
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.facts import Fact, FactKind, Facts, atoms
 from rosoclingo.why.reason import MinimalReason
-from rosoclingo.why.situation import Situation
 
 SECONDS = 600.0  # no more than a bound
 STEPS = {"mailbot": 60}  # the last that modes plan for, and so the copies
@@ -83,7 +83,7 @@ def options_of(task: str, seed: int, folder: Path) -> Options:
     )
 
 
-class Run(DeskSimulation):
+class Run(SimulatedSystem):
     """A run that is stopped somewhere, when the loop waits."""
 
     def __init__(

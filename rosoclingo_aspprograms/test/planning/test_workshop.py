@@ -17,9 +17,9 @@ from resuming import resume, snapshot_of
 
 from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
-from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo.desk.system import Request
+from rosoclingo.in_process.parts import make_parts
+from rosoclingo.in_process.simulation import SimulatedSystem
+from rosoclingo.in_process.system import Request
 from rosoclingo.loop.journal import StatusSet
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.words import ABORT, FAILURE, SUCCESS
@@ -168,7 +168,7 @@ def product_of(request: str) -> str:
     return split_term(request)[1][0]
 
 
-class Workshop(DeskSimulation):
+class Workshop(SimulatedSystem):
     """A workshop in which chance decides how long jobs take, what fails, and what comes when."""
 
     def __init__(

@@ -12,7 +12,7 @@ from typing import List, NoReturn
 from rosclingo.errors import RosclingoError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.completion.encoding import KnownEncoding, read_encoding
+from rosoclingo.encodings.known import KnownEncoding, read_encoding
 from rosoclingo_console.model.playback import Playback
 from rosoclingo_console.web.access import LOCALHOST, Access, new_token
 from rosoclingo_console.web.player import Player

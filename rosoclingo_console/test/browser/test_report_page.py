@@ -15,10 +15,10 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
+from rosoclingo.bags.holds import OperatorDecisions
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.report.page import render
 from rosoclingo.bags.report.statistics import compute
-from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop.journal import BeliefsChanged
 
 BAG = Path(__file__).resolve().parents[3] / "test" / "bags" / "mailbot_dynamic_reset.bag"

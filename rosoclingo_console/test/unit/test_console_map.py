@@ -12,9 +12,9 @@ from rosclingo.errors import RosclingoError
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
-from rosoclingo.completion.encoding import EncodingError, read_encoding
-from rosoclingo.drawing.graph import Graph
-from rosoclingo.launched.about import Launched
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.graph import Graph
+from rosoclingo.encodings.known import EncodingError, read_encoding
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Status
 from rosoclingo_console.model.map import MapTable

@@ -8,8 +8,8 @@ from typing import Any, Dict, List, Sequence, Tuple
 import pytest
 
 from rosclingo.wire.commands import Result
-from rosoclingo.completion.encoding import KnownEncoding
-from rosoclingo.drawing.holds import OperatorDecisions
+from rosoclingo.bags.holds import OperatorDecisions
+from rosoclingo.encodings.known import KnownEncoding
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Event, Status
 from rosoclingo.loop.values.phrases import TermPhrases

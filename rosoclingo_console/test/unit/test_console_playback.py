@@ -9,9 +9,9 @@ from typing import Any, Dict
 import pytest
 from console_server import awaited, until
 
+from rosoclingo.bags.holds import OperatorDecisions
 from rosoclingo.bags.model import FeedbackLine, Recording
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.drawing.holds import OperatorDecisions
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control, Entry
 from rosoclingo.loop.quality import Quality

@@ -17,7 +17,7 @@ from terminals import Terminal, Terminals, package, terminals
 
 from journal_validator import JournalValidator
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.drawing.graph import read_graph
+from rosoclingo.encodings.graph import read_graph
 from rosoclingo_aspprograms.validator import Map
 
 __all__ = ["terminals"]

@@ -8,10 +8,9 @@ from typing import Dict, List, Tuple
 import pytest
 
 from rosclingo.errors import TermError
-from rosoclingo.drawing.errors import GraphError
-from rosoclingo.drawing.graph import Graph, read_graph
 from rosoclingo.drawing.shapes import DELIVERED, PACKAGE, Shape, draw
 from rosoclingo.drawing.situation import MapSituation, Package
+from rosoclingo.encodings.graph import Graph, GraphError, read_graph
 from rosoclingo_rviz.ros.messages import MarkerFileError, marker_array, read_markers
 
 REPOSITORY = Path(__file__).resolve().parents[3]

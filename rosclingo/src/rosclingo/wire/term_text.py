@@ -84,3 +84,8 @@ def last_number(atom: str) -> Optional[int]:
     """Returns the last argument of an atom if it is a number, such as a step."""
     match = _LAST_NUMBER.search(atom)
     return int(match[1]) if match else None
+
+
+def compact(text: str) -> str:
+    """Returns a term without spaces, which compares it with one that clingo prints."""
+    return "".join(text.split())

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Mapping, Optional, Tuple
 
-from rosoclingo.drawing.holds import HoldHistory, HoldSpan, OperatorDecisions
-from rosoclingo.launched.about import SOLVER_NODE, Launched
+from rosoclingo.bags.holds import HoldHistory, HoldSpan, OperatorDecisions
+from rosoclingo.encodings.about import SOLVER_NODE, Launched
 from rosoclingo.loop.journal import Entry
 from rosoclingo.loop.values.plan_times import PlanTimes
 

@@ -16,10 +16,6 @@ class PictureError(RosclingoError):
     """A picture cannot be drawn."""
 
 
-class GraphError(RosclingoError):
-    """An instance that cannot be read or drawn; the message names file, atom and remedy."""
-
-
 @contextmanager
 def picture_errors(file: Path) -> Iterator[None]:
     """Returns a context in which matplotlib is imported, and a picture drawn with it.

@@ -7,8 +7,8 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import DefaultDict, Iterator, List, Tuple
 
-from rosoclingo.drawing.graph import Graph, MapPoint
 from rosoclingo.drawing.situation import MapSituation, Package
+from rosoclingo.encodings.graph import Graph, MapPoint
 
 Colour = Tuple[float, float, float]
 

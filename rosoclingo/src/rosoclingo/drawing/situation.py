@@ -8,7 +8,7 @@ from typing import Dict, FrozenSet, List, Mapping, Optional, Sequence, Set, Tupl
 import clingo
 
 from rosclingo.solver.terms import parse_term
-from rosoclingo.drawing.graph import Graph
+from rosoclingo.encodings.graph import Graph
 from rosoclingo.loop.words import ABORT, FAILURE, INFO, SOLVER, SUCCESS
 
 _MOST_DELIVERED = 10  # packages that are shown where they were delivered

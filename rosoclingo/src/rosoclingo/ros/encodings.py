@@ -12,13 +12,13 @@ from std_msgs.msg import String
 
 from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.options import Options, parse_options
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.folder import Folder
+from rosoclingo.encodings.unpack import unpack
 from rosoclingo.errors import LaunchedError, QuestionError, StoreError
-from rosoclingo.launched.about import Launched
-from rosoclingo.launched.folder import Folder
-from rosoclingo.launched.unpack import unpack
+from rosoclingo.loop.single.algorithm1 import last_step
+from rosoclingo.loop.single.dialects import Dialect2
 from rosoclingo.loop.values.phrases import TermPhrases
-from rosoclingo.single.algorithm1 import last_step
-from rosoclingo.single.dialects import Dialect2
 from rosoclingo.why.task import Encoding
 
 _SECONDS = 10.0  # until a latched message is there, if its node still is

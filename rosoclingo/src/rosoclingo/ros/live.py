@@ -9,8 +9,8 @@ import rospy
 from std_msgs.msg import String
 
 from rosclingo.ros.init import init_node
+from rosoclingo.encodings.about import Launched
 from rosoclingo.errors import LaunchedError, LiveError
-from rosoclingo.launched.about import Launched
 
 _ABOUT = "/about"
 _SECONDS = 5.0  # until a latched message is there, if its node still is

@@ -11,7 +11,7 @@ from rosclingo.ros import parameters
 from rosclingo.ros.client import Client
 from rosclingo.ros.init import init_node
 from rosclingo.solver.about import about
-from rosoclingo.launched.about import LOOP_NODE, Launched
+from rosoclingo.encodings.about import LOOP_NODE, Launched
 from rosoclingo.loop.mode.controller import Controller
 from rosoclingo.loop.mode.retrying import RetryingSolver
 from rosoclingo.ros.encodings import Encodings

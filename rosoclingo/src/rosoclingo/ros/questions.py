@@ -21,6 +21,7 @@ from rosclingo.limits import too_long
 from rosclingo.ros.init import on_shutdown
 from rosoclingo.errors import QuestionError
 from rosoclingo.loop.journal import Event, Explained, Record
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.snapshot import encode
@@ -30,7 +31,6 @@ from rosoclingo.why.happened import happened
 from rosoclingo.why.past import Past, PastReader
 from rosoclingo.why.process import CANCELED, CLOSED, AnsweringProcess
 from rosoclingo.why.question import Question, QuestionKind, ReplyStatus, WhyReply, read
-from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import QuestionTask
 
 _SECONDS_AT_END = 5.0  # how long goals wait for a reason before they end

@@ -19,13 +19,13 @@ from rosclingo.solver.about import about
 from rosclingo.solver.activity import solver_health
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
-from rosoclingo.launched.about import SINGLE_NODE
+from rosoclingo.encodings.about import SINGLE_NODE
+from rosoclingo.loop.single.algorithm1 import Algorithm1, commands_for, last_step
+from rosoclingo.loop.single.dialects import detect, says_status
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.loop_node import LoopNode
 from rosoclingo.ros.running import open_inbox, run
 from rosoclingo.ros.storing import open_durability
-from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
-from rosoclingo.single.dialects import detect, says_status
 
 _USAGE = """\
 usage: run-1.0.py --file FILE... [--theory dl] [clingo options]

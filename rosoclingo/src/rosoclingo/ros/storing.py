@@ -13,9 +13,9 @@ from rosclingo.errors import ParameterError
 from rosclingo.ros import parameters
 from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.master_watch import forget
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.started_with import started_with
 from rosoclingo.errors import LaunchedError, StoreError
-from rosoclingo.launched.about import Launched
-from rosoclingo.launched.started_with import started_with
 from rosoclingo.loop.durability import Durability, KnownGoal
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
 from rosoclingo.ros.goal_statuses import sender_of, status_of

@@ -14,7 +14,7 @@ import rospy
 from rosclingo.ros.init import init_node
 from rosclingo.ros.presence import presence
 from rosclingo.solver.option_parser import OptionParser
-from rosoclingo.bags.text import PROGRESS, lines, say
+from rosclingo.terminal import PROGRESS, lines, say
 from rosoclingo.srv import Why, WhyResponse
 from rosoclingo.why.question import Question, QuestionKind
 

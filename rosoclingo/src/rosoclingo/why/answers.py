@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Dict, Optional, Tuple
 
+from rosoclingo.loop.situation import moved
 from rosoclingo.why.facts import Fact
 from rosoclingo.why.planner_copy import Possible
 from rosoclingo.why.reason import MinimalReason, ReasonMember
-from rosoclingo.why.situation import moved
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,10 @@ from rosclingo.wire.commands import (
 )
 from rosoclingo.loop.journal import TERMINAL_STATUSES
 from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.atoms import SAVE, query
 from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, PlanQuery, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
-from rosoclingo.why.situation import Situation
 
 # asks(Z): a plan for one horizon from A to Z is wanted, whichever. wants(S,B): in it, the goal ends
 # that slot S has had since step B. Without some facts, that may be before the current step A.

@@ -19,11 +19,11 @@ from rosclingo.wire.commands import (
 from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import InterruptedQuestionError, PlannerError
 from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.single.dialects import Dialect2, PaperDialect
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.atoms import PASSED, SAVE, query
-from rosoclingo.single.dialects import Dialect2, PaperDialect
 from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, PlanQuery, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
-from rosoclingo.why.situation import Situation
 
 
 class RebuildingCopy(Copy):

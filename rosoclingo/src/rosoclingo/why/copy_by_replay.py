@@ -17,12 +17,12 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import GetPrograms, Part, Programs, Result
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import QuestionError
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.atoms import COMMIT, PASSED, SAVE, Plan, event
 from rosoclingo.why.copy_by_regrounding import RebuildingCopy
 from rosoclingo.why.doubts import DOUBTS, OBSTACLES, doubts, one_of_each, prevents, sentence
 from rosoclingo.why.planner_copy import CopyAnswer, Deadline, PlanQuery, Possible, Verdict
 from rosoclingo.why.rules import is_relaxed
-from rosoclingo.why.situation import Situation
 
 _MOST_DOUBTS = 3  # that an answer names
 

@@ -10,9 +10,10 @@ from rosclingo.solver.programs import parse_files
 from rosclingo.wire.commands import Assumption
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
+from rosoclingo.loop.single.dialects import Dialect2, says_status
+from rosoclingo.loop.situation import Situation, moved
 from rosoclingo.loop.values.atoms import canonical, event
 from rosoclingo.loop.values.ids import CANCEL, GOAL, split_event
-from rosoclingo.single.dialects import Dialect2, says_status
 from rosoclingo.why import answers, words
 from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
 from rosoclingo.why.contrast import Instead
@@ -23,7 +24,6 @@ from rosoclingo.why.phrases import Phrases
 from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Possible, Verdict
 from rosoclingo.why.query import Case
 from rosoclingo.why.rules import Rules
-from rosoclingo.why.situation import Situation, moved
 
 AnswerT = TypeVar("AnswerT", WhyNoPlan, WhyGoal, Contrast, WhatIf)
 _ON_DEMAND = {("event", 3), ("search", 2)}

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Dict, FrozenSet, Iterable, List, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.words import BUSY, INTERRUPTED, PASSED
-from rosoclingo.why.situation import Situation
 
 
 class FactKind(enum.Enum):

@@ -26,10 +26,10 @@ from rosclingo.wire.commands import Assumption, Improvement, Outcome, Result
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.journal import TERMINAL_STATUSES
+from rosoclingo.loop.situation import moved
 from rosoclingo.loop.values.arrivals import expected_arrivals, planned_spans
 from rosoclingo.loop.values.atoms import Plan
 from rosoclingo.loop.values.execution import Execution
-from rosoclingo.why.situation import moved
 
 
 class CopyAnswer(enum.Enum):

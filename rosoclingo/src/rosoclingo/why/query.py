@@ -6,12 +6,12 @@ from dataclasses import replace
 from typing import FrozenSet, Optional, Tuple
 
 from rosclingo.wire.commands import Assumption
+from rosoclingo.loop.situation import Situation
 from rosoclingo.why.facts import Fact, FactKind, Facts, atoms
 from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, PlanQuery, Verdict
 from rosoclingo.why.reason import MinimalReason, ReasonSearch
 from rosoclingo.why.relaxation import Relaxation
 from rosoclingo.why.rules import NO_RULES, Rules
-from rosoclingo.why.situation import Situation
 
 
 class Case:

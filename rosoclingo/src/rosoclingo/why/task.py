@@ -11,12 +11,12 @@ from rosclingo.errors import OutOfMemoryError, RosclingoError, report
 from rosclingo.solver.memory import RESERVE
 from rosclingo.solver.options import Options
 from rosoclingo.errors import InterruptedQuestionError
+from rosoclingo.loop.single.dialects import Dialect1, Dialect2, PaperDialect
+from rosoclingo.loop.situation import Situation
 from rosoclingo.loop.values.snapshot import encode
-from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.question import MORE_TIME, Question, ReplyStatus, WhyReply
-from rosoclingo.why.situation import Situation
 
 _DIALECTS = {dialect.name: dialect for dialect in (Dialect2, Dialect1, PaperDialect)}
 

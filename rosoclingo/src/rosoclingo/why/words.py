@@ -7,12 +7,12 @@ from types import MappingProxyType
 from typing import List, Mapping, Optional
 
 from rosclingo.wire.term_text import split_term
+from rosoclingo.loop.situation import Situation
 from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
 from rosoclingo.why.facts import FactKind
 from rosoclingo.why.phrases import Phrases, join
 from rosoclingo.why.planner_copy import Possible
 from rosoclingo.why.reason import MinimalReason
-from rosoclingo.why.situation import Situation
 
 _THAT = ("that", "any one of these")
 _THESE = ("that", "these")

@@ -16,8 +16,8 @@ from itertools import chain, repeat
 from typing import Any, Deque, Dict, FrozenSet, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import split_term
-from rosoclingo.completion.encoding import KnownEncoding
-from rosoclingo.drawing.holds import OperatorDecisions
+from rosoclingo.bags.holds import OperatorDecisions
+from rosoclingo.encodings.known import KnownEncoding
 from rosoclingo.loop.journal import naming
 from rosoclingo.loop.words import ABORT, INFO, LOST, SOLVER, SUCCESS, TIMEOUT, UNKNOWN
 from rosoclingo_console.model.board import Row

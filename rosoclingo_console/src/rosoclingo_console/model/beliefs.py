@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Dict, Sequence
 
-from rosoclingo.drawing.believed import BeliefHistory, opposing, supporting
+from rosoclingo.bags.believed import BeliefHistory, opposing, supporting
 from rosoclingo.loop.values.beliefs import Beliefs, causes_in_words
 from rosoclingo.loop.values.phrases import NO_PHRASES, TermPhrases
 from rosoclingo_console.model.board import Row

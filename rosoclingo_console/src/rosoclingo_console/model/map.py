@@ -8,9 +8,9 @@ from typing import Any, DefaultDict, Deque, Dict, List, Optional, Sequence
 
 from rosclingo.errors import TermError
 from rosclingo.wire.term_text import split_term
-from rosoclingo.drawing.graph import Graph
 from rosoclingo.drawing.shapes import Shape, draw
 from rosoclingo.drawing.situation import MapSituation
+from rosoclingo.encodings.graph import Graph
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Status
 from rosoclingo.loop.words import INFO

@@ -17,9 +17,9 @@ from functools import partial
 from typing import Callable, Iterator, Set, Tuple
 
 from rosclingo.wire.term_text import last_number
+from rosoclingo.bags.holds import OperatorDecisions
 from rosoclingo.bags.model import Recording
-from rosoclingo.completion.encoding import KnownEncoding
-from rosoclingo.drawing.holds import OperatorDecisions
+from rosoclingo.encodings.known import KnownEncoding
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control, Entry
 from rosoclingo_console.model.system import SystemModel

@@ -10,8 +10,8 @@ from itertools import islice
 from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import split_term
-from rosoclingo.completion.encoding import KnownEncoding
-from rosoclingo.drawing.holds import HoldHistory, OperatorDecisions
+from rosoclingo.bags.holds import HoldHistory, OperatorDecisions
+from rosoclingo.encodings.known import KnownEncoding
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Status
 from rosoclingo.loop.words import INFO

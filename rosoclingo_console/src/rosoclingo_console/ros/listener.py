@@ -9,7 +9,7 @@ import rospy
 from std_msgs.msg import String
 
 from rosclingo.ros.low_latency import subscriber
-from rosoclingo.drawing.holds import OperatorDecisions
+from rosoclingo.bags.holds import OperatorDecisions
 from rosoclingo.loop.journal import Entry, decode
 from rosoclingo.msg import (
     ROSoClingoActionFeedback,

@@ -15,8 +15,8 @@ import rospy
 
 from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node, on_shutdown, run_node
-from rosoclingo.completion.encoding import KnownEncoding
-from rosoclingo.completion.ros.encodings import EncodingReader
+from rosoclingo.encodings.known import KnownEncoding
+from rosoclingo.ros.encoding_reader import EncodingReader
 from rosoclingo_console import bag_console
 from rosoclingo_console.ros.clock import SystemsClock
 from rosoclingo_console.ros.listener import Listener

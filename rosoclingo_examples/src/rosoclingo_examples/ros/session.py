@@ -10,7 +10,7 @@ import rospy
 
 from rosclingo.ros import parameters
 from rosclingo.ros.init import give_up, init_node, on_shutdown
-from rosoclingo.completion.ros.encodings import EncodingReader
+from rosoclingo.ros.encoding_reader import EncodingReader
 from rosoclingo_examples.line_words import LineWords
 from rosoclingo_examples.orders import Orders, parse_line
 from rosoclingo_examples.ros.client import RequestClient

@@ -15,7 +15,7 @@ from nav_msgs.msg import Odometry
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.drawing.errors import picture_errors
-from rosoclingo.drawing.graph import read_graph
+from rosoclingo.encodings.graph import read_graph
 from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map

@@ -9,7 +9,7 @@ import clingo
 import rospy
 
 from rosclingo.ros import parameters
-from rosoclingo.desk.answers import ANSWERS, Answers
+from rosoclingo.in_process.answers import ANSWERS, Answers
 from rosoclingo.loop.words import SUCCESS
 from rosoclingo_interfaces.interface import AGAIN, ActionInterface, ActuatorAnswer
 from rosoclingo_interfaces.ros.node import run

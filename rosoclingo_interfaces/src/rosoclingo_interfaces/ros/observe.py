@@ -17,9 +17,9 @@ from rosclingo.ros.init import init_node, on_shutdown, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.ros.reminder import Reminder
 from rosclingo.solver.terms import quote
-from rosoclingo.completion.encoding import MOST_KNOWN, KnownEncoding
-from rosoclingo.completion.ros.encodings import EncodingReader
+from rosoclingo.encodings.known import MOST_KNOWN, KnownEncoding
 from rosoclingo.msg import ROSoClingoIn
+from rosoclingo.ros.encoding_reader import EncodingReader
 from rosoclingo_interfaces.errors import ReadingError
 from rosoclingo_interfaces.observation.closed_way import ClosedWay
 from rosoclingo_interfaces.observation.observer import Observer

@@ -13,9 +13,9 @@ from rosclingo.errors import TermError
 from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
-from rosoclingo.drawing.graph import read_graph
 from rosoclingo.drawing.shapes import draw
 from rosoclingo.drawing.situation import MapSituation
+from rosoclingo.encodings.graph import read_graph
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoActionResult,

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
+from rosclingo.terminal import say
 from rosoclingo.bags.compare import junit, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.bags.text import say
 from rosoclingo.errors import BagError
 from rosoclingo.loop.journal import Entry
 

@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 from typing import NoReturn, Optional, Sequence, Tuple
 
+from rosclingo.terminal import say
 from rosoclingo.bags.compare import cli, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level, compare
 from rosoclingo.bags.compare.junit import Suite
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.text import say
 from rosoclingo.errors import BagError
 
 _PROGRAM = "compare"

@@ -6,9 +6,9 @@ from collections import Counter, defaultdict, deque
 from dataclasses import dataclass, replace
 from typing import Deque, Dict, Optional, Sequence, Tuple
 
+from rosclingo.wire.term_text import compact
 from rosoclingo.bags.compare.history import Cell
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.text import compact
 from rosoclingo.loop.journal import CancelArrived, Event, GoalArrived, StatusSet
 
 InputCells = Tuple[Sequence[Cell], Sequence[Cell]]

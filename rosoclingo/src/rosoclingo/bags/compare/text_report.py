@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import List, Optional, Sequence
 
+from rosclingo.terminal import lines as safe_lines
+from rosclingo.terminal import one_line
 from rosoclingo.bags.compare.comparison import Comparison, ComparisonRow, GoalPair, Level
 from rosoclingo.bags.compare.history import Cell, GoalHistory
 from rosoclingo.bags.compare.pairing import Moved
-from rosoclingo.bags.text import lines as safe_lines
-from rosoclingo.bags.text import one_line
 
 _CONTEXT = 3  # rows that are the same, before and after each difference
 _MOST_SHOWN = 40  # differences; more help nobody

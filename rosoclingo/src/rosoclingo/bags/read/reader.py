@@ -6,6 +6,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
+from rosoclingo.bags.holds import OperatorDecisions
 from rosoclingo.bags.model import FeedbackLine, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
@@ -13,9 +14,8 @@ from rosoclingo.bags.read.records import Records
 from rosoclingo.bags.read.without_journal import TOPICS, Historian, TopicMessage
 from rosoclingo.bags.topics import LOOP_TYPES, owner
 from rosoclingo.bags.wire import Message, PublisherConnection
-from rosoclingo.drawing.holds import OperatorDecisions
+from rosoclingo.encodings.about import Launched
 from rosoclingo.errors import BagError, LaunchedError
-from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import Entry, NodeResumed, decode
 from rosoclingo.loop.values.plan_times import PlanTimes
 

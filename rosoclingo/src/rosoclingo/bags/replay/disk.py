@@ -9,9 +9,9 @@ from typing import Iterator, List
 
 import rospkg
 
+from rosoclingo.encodings.about import Launched
+from rosoclingo.encodings.unpack import find, with_files
 from rosoclingo.errors import BagError
-from rosoclingo.launched.about import Launched
-from rosoclingo.launched.unpack import find, with_files
 
 
 def from_disk(launched: Launched) -> List[str]:

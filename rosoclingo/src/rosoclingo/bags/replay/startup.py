@@ -13,9 +13,9 @@ from rosclingo.solver import lexical
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.replay.disk import from_disk, is_unchanged
 from rosoclingo.bags.topics import NODE
+from rosoclingo.encodings.about import LOOP_NODE, SINGLE_NODE, SOLVER_NODE, Launched
+from rosoclingo.encodings.unpack import unpack
 from rosoclingo.errors import BagError, LaunchedError
-from rosoclingo.launched.about import LOOP_NODE, SINGLE_NODE, SOLVER_NODE, Launched
-from rosoclingo.launched.unpack import unpack
 
 SOLVERS = ("controller", "planner")
 _KINDS: Mapping[str, Tuple[type, ...]] = {  # of the parameters by which a loop decides

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import NoReturn, Optional, Sequence
 
 from rosclingo.errors import RosclingoError
+from rosclingo.terminal import lines, say
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.report.page import render
 from rosoclingo.bags.report.statistics import compute
-from rosoclingo.bags.text import lines, say
 from rosoclingo.drawing.errors import picture_errors
 
 

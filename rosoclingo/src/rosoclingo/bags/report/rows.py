@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Sequence, Tuple, Union
 
+from rosoclingo.bags.believed import BeliefSpan
+from rosoclingo.bags.holds import HoldSpan
 from rosoclingo.bags.report.run import PLANNED, ActionRun, Statistics
-from rosoclingo.drawing.believed import BeliefSpan
-from rosoclingo.drawing.holds import HoldSpan
 
 MOST_LABELS = 40  # goals whose names have room; more of them would hide each other
 COLOURS = {

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
-from rosoclingo.drawing.believed import BeliefSpan
-from rosoclingo.drawing.holds import HoldSpan
+from rosoclingo.bags.believed import BeliefSpan
+from rosoclingo.bags.holds import HoldSpan
 
 OPEN = "open"
 RECALLED = "recalled"

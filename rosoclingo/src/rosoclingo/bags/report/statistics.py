@@ -9,6 +9,8 @@ from dataclasses import replace
 from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from rosclingo.wire.commands import Result
+from rosclingo.wire.term_text import compact
+from rosoclingo.bags.believed import BeliefHistory
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.changes import Planned, after_reset, change, explained, planned
 from rosoclingo.bags.report.planned import in_recording, planned_rest, with_times
@@ -27,8 +29,6 @@ from rosoclingo.bags.report.run import (
     StepRun,
     numbered,
 )
-from rosoclingo.bags.text import compact
-from rosoclingo.drawing.believed import BeliefHistory
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry
 from rosoclingo.loop.values.phrases import NO_PHRASES, TermPhrases

@@ -21,8 +21,8 @@ from rosoclingo.bags.record.arrivals import Journal
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, loop_topics, solver_topics
 from rosoclingo.bags.wire import Message, PublisherConnection
+from rosoclingo.encodings.about import Launched
 from rosoclingo.errors import BagError, LaunchedError
-from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn, Optional, Tuple
 
+from rosclingo.terminal import PROGRESS, say
 from rosclingo.wire.commands import Result
 from rosoclingo.bags.compare import cli, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level, compare
@@ -20,7 +21,6 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
 from rosoclingo.bags.ros.player import Replayed, play
-from rosoclingo.bags.text import PROGRESS, say
 from rosoclingo.errors import BagError
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 

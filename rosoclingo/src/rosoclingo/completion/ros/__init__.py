@@ -1,1 +1,0 @@
-"""Completion in a ROS graph, by a node that listens to ``~about``."""

@@ -1,1 +1,0 @@
-"""Nodes as they were started: decoded from their ``~about``, compared, and unpacked to files."""

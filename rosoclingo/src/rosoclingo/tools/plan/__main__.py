@@ -1,0 +1,11 @@
+"""``python3 -m rosoclingo.tools.plan`` is ``plan.py`` without ROS."""
+
+from __future__ import annotations
+
+import signal
+
+from rosoclingo.tools.plan.command import main
+
+# Python could not handle Ctrl-C before a search is over.
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+main()
