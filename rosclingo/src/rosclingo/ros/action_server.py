@@ -550,7 +550,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         return sum(is_open) > _MANY_GOALS
 
     def _repeat_statuses(self, seconds: float) -> None:
-        """Publishes changes that have waited, and all statuses again and again, until the end."""
+        """Publishes delayed changes, and all statuses periodically, until the end."""
         # In wall time: by these messages a client sees that the server is there, also when a
         # simulator's clock is slow, stands still or begins anew. A timer of rospy's ends then.
         end = threading.Event()

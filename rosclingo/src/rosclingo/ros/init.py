@@ -131,7 +131,7 @@ def _wait_for_master() -> None:
 
 
 def spin(ended: Optional[threading.Event] = None) -> None:
-    """Waits until the node is shut down, and returns at once then.
+    """Blocks until the node is shut down.
 
     ``rospy.spin`` looks twice a second: a node took 0.4 s longer to end.
 

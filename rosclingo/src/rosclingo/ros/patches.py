@@ -149,7 +149,7 @@ def _wake_registration_at_shutdown() -> None:
 
 
 def _wait_for_registrations_at_shutdown() -> None:
-    """Has a shutdown unregister names only after those that are just being registered.
+    """Delays a shutdown's unregistrations until pending registrations are done.
 
     ``rospy.impl.registration.RegistrationListeners.clear`` does not wait for another thread that is
     in ``notify_added``: the call that registers a topic comes to the master after those that

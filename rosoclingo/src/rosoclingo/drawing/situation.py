@@ -128,7 +128,7 @@ class MapSituation:
         self._progress = {n: done for n, done in self._progress.items() if n in self._numbers}
 
     def set_progress(self, number: int, progress: float) -> bool:
-        """An interface has said how much of its action is done.
+        """Updates the progress of an action, as its interface reports it.
 
         Args:
             number: The action's number.

@@ -46,7 +46,7 @@ class KnownGoal:
     time: float = 0.0
 
     def changed(self, change: StatusSet, time: float) -> KnownGoal:
-        """Returns the same with a new status, since a time."""
+        """Returns a copy with a new status, and the time of the change."""
         if change.status is Status.ACCEPTED:
             return dataclasses.replace(self, status=change.status, accepted=True)
         return dataclasses.replace(self, status=change.status, reason=change.reason, time=time)

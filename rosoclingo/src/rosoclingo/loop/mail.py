@@ -613,7 +613,7 @@ class Mail(MailState):
         return messages
 
     def drop(self, messages: List[Tuple[str, str, str]]) -> None:
-        """Says that messages did not reach the planner.
+        """Reports messages that did not reach the planner.
 
         Args:
             messages: Id, value and reason of each.

@@ -147,7 +147,7 @@ def _of_no_step(one: Measured, _: Counts) -> Optional[str]:
 
 
 def _combinations(one: Measured, counts: Counts) -> Optional[str]:
-    """Atoms of a body that share no variable."""
+    """Cartesian products: atoms of a body that share no variable."""
     tried = _tried(one, counts)
     if not tried or tried < _FACTOR * max(_sizes(one, counts)):
         return None

@@ -57,7 +57,7 @@ class ActionClient(GoalClient):
         apply_status(self._handle, change)
 
     def feedback(self, line: str) -> None:
-        """Sends the line."""
+        """Sends a line of feedback to the client."""
         self._handle.publish_feedback(ROSoClingoFeedback(line))
 
     @property

@@ -282,7 +282,7 @@ class ActuatorTable:
 
 
 def _left_out_after(answers: Sequence[str]) -> FrozenSet[str]:
-    """Returns after which answers an actuator is left out, of those that an encoding declares."""
+    """Returns the answers that make planning leave an actuator out, of those that are declared."""
     found = {one for one in (UNKNOWN, TIMEOUT) if one in answers}
     if UNKNOWN in answers and LOST not in answers:  # as which it is told
         found.add(LOST)

@@ -178,7 +178,7 @@ class SystemModel:
         self._holds.add(time, decisions)
 
     def set_quality(self, quality: str) -> None:
-        """Takes what the plan costs, in words."""
+        """Sets the plan's cost, in words."""
         self._quality = quality
 
     def set_encoding(self, encoding: KnownEncoding) -> None:

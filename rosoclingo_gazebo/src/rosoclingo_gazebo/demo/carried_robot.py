@@ -1,4 +1,4 @@
-"""Checks the demo of a robot that somebody carries elsewhere, and that finds out."""
+"""Checks the demo of a robot that is carried elsewhere, and has to find that out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NEAR_METRES = 1.0
 
 
 class CarriedRobot(DemoStory):
-    """A robot with a package is carried from c2 to c5, of which nobody is told. Thread-safe.
+    """A robot with a package is carried from c2 to c5, without an announcement. Thread-safe.
 
     Around c5, much is as around c2: so it drives on, until a drive fails. It looks around, believes
     that it was carried, and delivers the package.

@@ -72,11 +72,11 @@ class FaultState:
         self.begun.append(time)
 
     def postpone(self, time: float) -> None:
-        """Waits, because a robot is in the way."""
+        """Postpones the fault, because a robot is in the way."""
         self._not_before = time + _RETRY_SECONDS
 
     def end(self, time: float) -> None:
-        """Ends: the effect is gone."""
+        """Ends the fault, and with it the effect."""
         self.active = False
         self.ended.append(time)
 

@@ -43,7 +43,7 @@ class PoseEstimator:
 
     @property
     def pose(self) -> Pose:
-        """Where it takes the robot to be."""
+        """The estimated pose."""
         if self._frame is None:
             return self.physics.pose
         return compose(self._frame, self.physics.odometry)

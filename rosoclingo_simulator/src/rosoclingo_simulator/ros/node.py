@@ -198,7 +198,7 @@ def _move_base(
 
 
 def _warn_of_another_clock() -> None:
-    """Says so if another node publishes the time, too."""
+    """Warns if another node publishes the time, too."""
     others = [name for name in publishers("/clock") if name != rospy.get_name()]
     if others:
         rospy.logwarn(

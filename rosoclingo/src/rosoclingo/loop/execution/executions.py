@@ -263,7 +263,7 @@ class Executions(ExecutionsState):
         self.changed = True
 
     def end_pause(self, actuator: str) -> None:
-        """Enters that the pause before an action's next attempt is over, if it is in one."""
+        """Ends the pause before an action's next attempt, if there is one."""
         one = self.last.get(actuator)
         if one is not None and one.pauses:
             self._set(one, pauses=False)

@@ -110,11 +110,11 @@ class ExecutionWatchdog:
 
     @property
     def seconds(self) -> float:
-        """In how many seconds it is time to look; 0 if it is."""
+        """Seconds until the next check is due; 0 if one is due now."""
         return max(0.0, self._look_at - self.environment.now())
 
     def look_soon(self) -> None:
-        """Has it look the next time, since an action was dispatched, or is to be tried again."""
+        """Makes a check due, since an action was dispatched, or is to be tried again."""
         self._look_at = 0.0
 
     def look(self) -> None:

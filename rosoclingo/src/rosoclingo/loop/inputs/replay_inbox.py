@@ -222,7 +222,7 @@ class ReplayInbox(Inbox):
         self._moment = decision, Phase.WAIT
 
     def begin_end(self, waits: Callable[[], None]) -> None:
-        """Waits until all has come that the loop took when it had ended."""
+        """Waits until all inputs have come that the loop took after its end."""
         decision, _ = self._moment
         self._wait_until((max(decision, 0), Phase.END), waits)
 
