@@ -95,7 +95,7 @@ def _joined(causes: Sequence[str], phrases: TermPhrases) -> str:
 def supporting(
     beliefs: Beliefs, causes: Sequence[str], phrases: TermPhrases = NO_PHRASES
 ) -> List[str]:
-    """Returns what speaks for some causes, in words."""
+    """Returns the evidence for some causes, in words."""
     evidence = (beliefs.evidence.get(cause, Evidence()) for cause in causes)
     found = (beliefs.words(one, phrases) for each in evidence for one in each.speaks_for)
     return list(dict.fromkeys(found))

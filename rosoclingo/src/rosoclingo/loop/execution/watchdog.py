@@ -183,7 +183,7 @@ class ExecutionWatchdog:
         yield self.alarms.next() - now
 
     def _time_out(self, now: float) -> Iterator[float]:
-        """Times out what takes too long; yields the seconds that others may take yet."""
+        """Times out late executions; yields the seconds that are left to the others."""
         before, self._spent = self._spent, {}
         for one in self.executions.silent:
             policy = self.policies.of(one.actuator, one.action)
