@@ -166,10 +166,10 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._recalled = recalled
         self._rejected = self.ActionResultType() if rejected is None else rejected
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
-        self._ended_ids: OrderedDict[str, None] = OrderedDict()  # likewise
+        self._ended_ids: OrderedDict[str, None] = OrderedDict()  # the last to end comes last
         self._kept_results: _Kept = deque(maxlen=_KEPT_MESSAGES)
         self._kept_feedback: _Kept = deque(maxlen=_KEPT_MESSAGES)
-        self._results: OrderedDict[str, Any] = OrderedDict()  # by the goals' ids, likewise
+        self._results: OrderedDict[str, Any] = OrderedDict()  # by the goals' ids, in this order
         self._results_kept = results_kept
         self.canceled_by = ""
         self._is_batch = False  # statuses are published after it, if

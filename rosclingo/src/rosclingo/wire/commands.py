@@ -77,7 +77,7 @@ class AssignExternal(Command):
 
 @dataclass(frozen=True)
 class ReleaseExternal(Command):
-    """Makes an external atom false for good, or, by a signature such as ``p/2``, all of these."""
+    """Makes an external atom false permanently; by a signature such as ``p/2``, all of these."""
 
     name: str
 

@@ -22,11 +22,11 @@ _BETWEEN_DOUBLE = str.maketrans({**{one: f"\\{one}" for one in _ESCAPED}, "!": "
 
 @dataclass(frozen=True)
 class ShellLine:
-    """A line that somebody types.
+    """A command line while it is typed.
 
     Attributes:
-        words: Those that are complete, without their quotes.
-        begun: The one at the cursor, likewise; it may be empty.
+        words: The complete words, without their quotes.
+        begun: The word at the cursor, without its quotes; it may be empty.
         kept: How many characters of that readline leaves as they are, and does not replace.
         quote: The quote that is open; empty if none is.
     """

@@ -136,7 +136,7 @@ class System(Inbox, Environment):
         return goal
 
     def new_goal(self, text: str, information: Sequence[str], identifier: str) -> Request:
-        """Returns a goal that nobody knows yet; a subclass may have a class of its own."""
+        """Returns a new goal; a subclass may have a class of its own."""
         return Request(text, information, identifier, self.note_event)
 
     def tell(self, source: str, value: str) -> None:

@@ -28,8 +28,8 @@ class BeliefSpan:
         name: The causes, in the encoding's words.
         is_certain: Whether all explanations that are as good have them, too.
         others: The other explanations, each with how likely it is, by its end.
-        speaks_for: The observations that speak for the causes, likewise.
-        speaks_against: What speaks against other causes of the same observations, likewise.
+        speaks_for: The observations that speak for the causes.
+        speaks_against: The observations that speak against other causes of the same observations.
     """
 
     began: float

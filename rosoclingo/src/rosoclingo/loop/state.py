@@ -272,7 +272,7 @@ class State(Progress):
     # What comes from outside.
 
     def poll(self) -> None:
-        """Makes a summary of the state if somebody wants one; called when inputs are taken."""
+        """Makes a summary of the state if one is wanted; called when inputs are taken."""
         if self.monitor.is_wanted:
             self.monitor.is_wanted = False
             self.monitor.summary = self.summarize()

@@ -14,14 +14,14 @@ from rosoclingo.profile.measuring import SolverTrace, TimedSearch
 
 _SHARE = 0.05  # of all instances, from which on a statement is worth a word
 _MANY = 500  # instances in one step, or
-_VERY_MANY = 20_000  # in all, from which on likewise
+_VERY_MANY = 20_000  # in all, from which on it is worth a word, too
 _FACTOR = 10  # between instances, or combinations, and the largest relation in the body
 _GROWTH = 2.0  # between a step and one with half its number
 _LEAST_STEP = 6  # from which on that is looked at
 _MANY_NUMBERS = 30  # values of a variable that is a number
 _MOST = 8  # pieces of advice about grounding
 _SECONDS = 0.5  # of searches, from which on they are worth a word
-_SOME = 0.5  # of these, likewise
+_SOME = 0.5  # of these, from which on a part of them is worth a word
 
 Advisor = Callable[[Statement, Steps], Dict[str, VariableValues]]
 """Returns the values of a statement's variables in its busiest step."""

@@ -38,7 +38,7 @@ class Stage(enum.Enum):
     EXTEND = "extend"  # the horizon, for a plan
     GROW = "grow"  # the horizon, for a step
     QUERY = "query"  # a plan for a horizon whose steps are grounded
-    OPEN = "open"  # likewise, for a step
+    OPEN = "open"  # the same, for a step
     BACK = "back"  # there was no plan, and the reason is gone
     START = "start"  # the first plan has been published
     WAIT = "wait"  # for the first goal

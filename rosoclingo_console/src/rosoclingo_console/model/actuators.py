@@ -36,7 +36,7 @@ class ActionBar:
     Attributes:
         number: Counts the actions.
         began: When it was published, in seconds of wall time.
-        ended: When it was answered, likewise; None while it is not.
+        ended: When it was answered, by the same clock; None while it is not.
         answer: The answer; empty if another action came before it.
     """
 

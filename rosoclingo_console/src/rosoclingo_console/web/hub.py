@@ -143,7 +143,7 @@ class Hub:
         return self.models[system].goals.fate(identifier)
 
     def message_fate(self, system: str, source: str, value: str) -> Optional[MessageFate]:
-        """Returns what has become of a message to a system, likewise. Thread-safe."""
+        """Returns the outcome of a message to a system. Thread-safe."""
         return self.models[system].messages.fate(source, value)
 
     def samples(self) -> Dict[str, List[Sample]]:

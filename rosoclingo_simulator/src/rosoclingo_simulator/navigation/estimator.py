@@ -92,7 +92,7 @@ class PoseEstimator:
         """Begins anew from an initial pose.
 
         Args:
-            pose: Where somebody says that the robot is.
+            pose: The announced pose of the robot.
 
         Returns:
             Whether the pose is near the true one, so that it knows that now; else it is lost.

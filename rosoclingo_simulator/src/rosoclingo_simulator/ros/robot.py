@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 class Robot:
     """Connects a robot with ROS. All methods are for the simulation's thread.
 
-    Messages that nobody listens to are not made, and those of each step are made once and filled
+    Messages without subscribers are not made, and those of each step are made once and filled
     again: rospy has written them when ``publish`` returns.
 
     Attributes:

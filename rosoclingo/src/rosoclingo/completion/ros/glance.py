@@ -24,7 +24,7 @@ _CALLER = "rosoclingo_completion"  # for connections only, no node has this name
 _SECONDS = 0.7  # for all of it, also for looking up the name of a machine
 _ANSWER_SECONDS = 0.4  # for an answer
 _QUIET_SECONDS = 0.05  # after which no more of a topic's history comes
-_HISTORY_SECONDS = 0.2  # likewise, from a node that is never quiet
+_HISTORY_SECONDS = 0.2  # for the history of a node that is never quiet
 _LONGEST = 2**26  # bytes of a message
 
 

@@ -408,7 +408,7 @@ class Executions(ExecutionsState):
         ]
 
     def reset(self) -> None:
-        """Applies a reset: nobody acts in step 0, and the busy actuators go on in step 1."""
+        """Applies a reset: no actuator acts in step 0, and the busy ones go on in step 1."""
         self._go_on(lambda one: one.is_busy, is_busy=True)
         self._forget_held()
         self.published.clear()
@@ -428,7 +428,7 @@ class Executions(ExecutionsState):
 
     @property
     def silent(self) -> List[Execution]:
-        """The executions without an answer for which somebody waits, ordered by number."""
+        """The executions with an awaited answer, ordered by number."""
         return [one for one in self.dispatched if one.acts and one.is_open and not one.is_enqueued]
 
     @property

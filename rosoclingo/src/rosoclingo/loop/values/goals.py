@@ -48,7 +48,7 @@ class GoalState:
             aborted as soon as the planner has canceled it.
         cancel_told: Whether the planner knows that it is to be canceled.
         came: When the loop has taken it, in seconds of world time.
-        is_first: Whether it gets a slot before others that came earlier; None if nobody has asked.
+        is_first: Whether it gets a slot before others that came earlier; None if undecided.
         overtaken: By how many of these it was overtaken in the queue.
         expected: When it will be served, as its client was told last, in seconds of world time.
     """
