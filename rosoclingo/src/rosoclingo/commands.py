@@ -65,7 +65,7 @@ class ROSCommands:
         ]
 
     def query(self, step: Symbol) -> None:
-        """Asks for a plan with another horizon, whose steps are grounded before if need be.
+        """Sets the query to another horizon, whose steps are grounded before if need be.
 
         It does what three commands of the manual do, in one request to the planner.
         """

@@ -61,7 +61,7 @@ class Written:
 
     Attributes:
         parts: Where each program part begins, but for base.
-        asked: The parts that the encoding asks for by ``ground(P)``, or in other terms.
+        asked: The parts that the encoding requests by ``ground(P)``, or in other terms.
         choices: The names of atoms that are choices, by ``choices(F,I)``.
         used: Where each predicate is used first in a body.
         defined: Where each predicate is defined first, be it by a rule or as an external.

@@ -23,7 +23,7 @@ def picture_errors(file: Path, option: str) -> Iterator[None]:
 
     Args:
         file: The picture.
-        option: The option of the command line that asks for it.
+        option: The option of the command line that requests it.
 
     Raises:
         PictureError: matplotlib is missing, or draws no pictures of this ending.

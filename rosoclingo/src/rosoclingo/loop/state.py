@@ -493,7 +493,7 @@ class State(Progress):
         self.show_held(again=again)
 
     def warn_of_approvals(self) -> None:
-        """Warns that a static mode, which publishes a whole plan, asks for no approval."""
+        """Warns that no approval is requested in a static mode, which publishes a whole plan."""
         if self.interlock.asks:
             self.environment.warn(
                 "~ask_before: no operator is asked to approve an action: the mode is static, "

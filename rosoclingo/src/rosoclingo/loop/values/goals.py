@@ -196,7 +196,7 @@ class Goals:
     Attributes:
         some_ended: Whether a goal has ended since this was last set to False.
         alone: How many of the first in the queue get a slot one by one, each with a plan of its
-            own, because one of them asks for too much.
+            own, because one of them needs too much.
     """
 
     def __init__(self) -> None:
