@@ -59,7 +59,7 @@ class TermTemplate:
         return template
 
     def fill(self, waypoint: str) -> str:
-        """Returns the term for a waypoint, which only ``W`` stands for, as clingo prints it.
+        """Returns the term with a waypoint in the place of ``W``, as clingo prints it.
 
         Raises:
             TermError: It is no term.

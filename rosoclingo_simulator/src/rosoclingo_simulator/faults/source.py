@@ -97,7 +97,7 @@ class FaultValue:
         return self.value
 
     def text(self) -> str:
-        """Returns a text."""
+        """Returns a text that is not empty."""
         if not isinstance(self.value, str) or not self.value:
             raise self.wrong(f"expected a name, not {self.value!r:.80}")
         return self.value

@@ -86,7 +86,7 @@ class Robot:
         self._subscriber = subscriber(names.topic("cmd_vel"), Twist, self._on_command)
 
     def publish(self, stamp: rospy.Time) -> None:
-        """Tells of a step."""
+        """Publishes the state after a step."""
         for part in self._parts:
             part.publish(stamp)
         pose, velocity = self.simulation.physics.pose, self.simulation.physics.velocity
