@@ -248,7 +248,7 @@ class State(Progress):
 
     @property
     def needed_horizon(self) -> Optional[int]:
-        """The horizon that the plan needs, if that is beyond the one that is asked for."""
+        """The horizon that the plan needs, if that is beyond the requested one."""
         needed = self.planner.needed
         return needed if needed is not None and needed > self.horizon else None
 

@@ -1,4 +1,4 @@
-"""The watchdog: warns of silent actuators, times actions out, misses heartbeats, begins retries.
+"""The watchdog: warns of silent actuators, times actions out, checks heartbeats, begins retries.
 
 It also sends the encoding the messages that it has asked for by alarms.
 
