@@ -269,7 +269,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
                 kept.append((time.monotonic(), client, message))
 
     def _send_kept(self, kept: _Kept, topic: rospy.Publisher, send: Callable[[Any], None]) -> None:
-        """Sends kept messages to a new subscriber, for which they were.
+        """Sends a new subscriber the messages that were kept for it.
 
         rospy makes connections one by one, so it is the one that is connected now.
         """

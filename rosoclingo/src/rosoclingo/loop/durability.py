@@ -131,7 +131,7 @@ class Durability(DurableInputs):
         """Called before a decision."""
 
     def begin_command(self, command: clingo.Symbol) -> None:
-        """Called when it is decided, before anything is changed by it."""
+        """Called when a command is decided, before it changes anything."""
 
     def end_command(self) -> None:
         """Called when it is carried out: commits if an effect is urgent, or it is time."""

@@ -59,7 +59,7 @@ class Simulation:
 
     @property
     def odometry(self) -> Pose:
-        """Where its wheels say that it is, seen from where it was at first."""
+        """The pose by wheel odometry, relative to the first pose."""
         if self.estimator is None:
             return relative(self._start, self.physics.pose)
         return self.estimator.physics.odometry

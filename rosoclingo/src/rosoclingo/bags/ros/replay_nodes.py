@@ -35,7 +35,7 @@ class ReplayNodes:
         connection: Connection,
         dues: Sequence[ScheduledInput],
     ) -> None:
-        """Prepares what :meth:`start` starts.
+        """Prepares the nodes, which :meth:`start` starts.
 
         Args:
             name: Resolved name of the node with the planning loop.
