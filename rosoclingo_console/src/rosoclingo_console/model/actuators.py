@@ -259,7 +259,7 @@ class ActuatorTable:
         return row
 
     def _rejected(self, name: str) -> str:
-        """Returns what was rejected of an actuator, and what it is to do instead, in words."""
+        """Returns the rejected action of an actuator, and the planned one instead, in words."""
         rows = [(what, instead) for who, what, instead in self.decisions.rejected if who == name]
         planned = [(what, "".join(split_term(instead)[1][1:2])) for what, instead in rows]
         return ", ".join(f"{what} was rejected, planned: {then or '-'}" for what, then in planned)

@@ -301,7 +301,7 @@ class Executions(ExecutionsState):
         return one is not None and one.is_open and self._can_be_busy(actuator)
 
     def abort(self, actuator: str, step: int) -> bool:
-        """Enters that an actuator is to stop, which it is told once in a step.
+        """Requests the abort of an actuator's action, which it is told once in a step.
 
         Returns:
             Whether it is still to be told.
