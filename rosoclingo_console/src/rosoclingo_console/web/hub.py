@@ -123,7 +123,7 @@ class Hub:
                 one.send(text)
 
     def subscribe(self, subscriber: Subscriber) -> None:
-        """Has somebody told of all that there is, and then of what changes."""
+        """Subscribes a page: to the present state, and then to changes."""
         for name, model in self.models.items():
             subscriber.send(encode({"system": name, **model.snapshot()}))
         subscriber.send(encode({"beat": self._clock()}))

@@ -1,8 +1,8 @@
 """Tells the third scenario against a running system, and draws it.
 
-An obstacle is put between c5 and c4, of which nobody is told. The exit status is 0 if the robot
+An unannounced obstacle is put between c5 and c4. The exit status is 0 if the robot
 has driven as the paper has it. With _story:=carried, it is the story of a robot that is carried
-from c2 to c5, of which nobody is told, and finds that out.
+from c2 to c5 without an announcement, and finds that out.
 """
 
 from __future__ import annotations

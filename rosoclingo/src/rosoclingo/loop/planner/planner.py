@@ -313,7 +313,7 @@ class Planner(PlannerState):
             looks_ahead: Whether further horizons may be searched, too, if it takes too long.
 
         Raises:
-            PlannerError: The encoding asks for what there is not.
+            PlannerError: The encoding requests a part that does not exist.
         """
         if stopped():
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
@@ -561,7 +561,7 @@ class Planner(PlannerState):
             The better plan; None if none was found.
 
         Raises:
-            PlannerError: The encoding asks for what there is not.
+            PlannerError: The encoding requests a part that does not exist.
             SpareMemoryError: It ran out of memory.
         """
         with self._spare():

@@ -107,7 +107,7 @@ class Searching:
             the plan is, if that is known.
 
         Raises:
-            PlannerError: The encoding asks for what there is not, or without end.
+            PlannerError: The encoding requests a part that does not exist, or endlessly many.
         """
         if not rounds:
             self.neighbourhoods.note_news()
@@ -152,7 +152,7 @@ class Searching:
                 bound = found.bound if found else ()
             if found is not None and bound is not None:
                 found = dataclasses.replace(found, bound=bound)
-            # An encoding that looks for better plans asks for something in each new one, and has
+            # An encoding that looks for better plans requests parts in each new one, and has
             # decided then what that costs.
             # One that constructs a plan may have decided all.
             is_new = bool(self.demand) and (
@@ -187,7 +187,7 @@ class Searching:
             How it has ended, and the better plan; None if none was found.
 
         Raises:
-            PlannerError: The encoding asks for what there is not.
+            PlannerError: The encoding requests a part that does not exist.
         """
         ended = self.recorded.search_due(*IMPROVING)
         if ended is None and self.demand.has_tasks:
@@ -464,7 +464,7 @@ class Searching:
                 return wire.Outcome(wire.Result.UNKNOWN, interrupted=True), None
             bound = () if is_restricted(best.symbols) else bound
         if best.is_best or (self.demand.improves and not self.demand.asks(best.symbols)):
-            # If it asks for nothing, it stands, or an answer set before has decided it: there is no
+            # If it requests no part, it stands, or an answer set before has decided it: there is no
             # other.
             outcome = wire.Outcome(wire.Result.SAT, symbols=best.symbols)
             return outcome, Quality(best.cost, best.cost)
