@@ -44,7 +44,7 @@ DECISIONS = 1_500  # for each of them, in several turns
 TURNS = 3
 DEARER, BIGGER = 1.2, 1.0  # times as long a decision, and MiB more, with the most steps
 _RUN, _DECIDE = "run", "decide"  # told to the processes of runs, and to those of decisions
-_FLOOD = "flood"  # in the place of a mode: requests that nobody knows, a hundred at a time
+_FLOOD = "flood"  # in the place of a mode: unknown requests, a hundred at a time
 
 
 class Task(NamedTuple):
@@ -133,7 +133,7 @@ class LongRun(Inbox, Environment):
         self._acts = True
 
     def wait(self, timeout: float) -> bool:
-        """Lets the robot act, or asks for something new."""
+        """Lets the robot act, or sends a new request."""
         if self._acts:
             self._acts = False
             self._count()
@@ -159,7 +159,7 @@ class Flood(LongRun):
     """Requests that the planner does not know, each another one, in the place of steps."""
 
     def wait(self, timeout: float) -> bool:
-        """Asks for a hundred things."""
+        """Sends a hundred requests."""
         for _ in range(100):
             self._count()
             self.put(Goal(f"bring(9,x{self._done})"))

@@ -98,7 +98,7 @@ class JournalValidator:
             self.validator.place(goal, slot)
 
     def _where_delivered(self, robot: str, slot: str) -> str:
-        """Returns where a robot is before its delivery in the plan; empty if nobody knows."""
+        """Returns where a robot is before its delivery in the plan; empty if that is unknown."""
         here = ""
         steps: List[Sequence[str]] = [arguments(action, "do") for action in self._plan]
         for actuator, action, _ in sorted(steps, key=lambda step: int(step[2])):

@@ -356,7 +356,7 @@ class Trial:
         mortals: Its processes.
         wrong: What was wrong, in words.
         rounds: How many there were.
-        unknown: How many goals ended because nobody knows whether an action was done.
+        unknown: How many goals ended because it is unknown whether an action was done.
     """
 
     def __init__(self, mortals: Mortals, blind: bool, ways: Sequence[str]) -> None:
@@ -432,7 +432,7 @@ class Trial:
                 if may_not_know and word == "ABORTED" and "is unknown" in text:
                     self.unknown += 1
                     is_right = done in ([], ["pickup"], ["pickup", "deliver"])
-                    # Somebody looks after the robot.
+                    # A person looks after the robot.
                     self._in.publish("info", f"at({ROBOT},{self._world.tidy_up(key)})")
                 else:
                     is_right = word == "SUCCEEDED" and done == ["pickup", "deliver"]

@@ -137,7 +137,7 @@ class Run:
             ),
         ]
         self._client = LowLatencyActionClient(name, ROSoClingoAction)
-        self._sent: List[ClientGoalHandle] = []  # actionlib forgets goals that nobody holds
+        self._sent: List[ClientGoalHandle] = []  # actionlib forgets goals without a reference
         wait_for_node(self._client, self._in, *self._topics)
         if not idle.wait(_TIMEOUT_SECONDS):
             raise HarnessError(f"{name} is not ready")

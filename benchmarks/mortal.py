@@ -57,7 +57,7 @@ class Fate:
 
         Args:
             point: At which of its next points, from 1; 0 for never.
-            later: At which point of the process that is started then, likewise.
+            later: At which point of the process that is started then; 0 for never.
             delay: How many seconds after the first one; it goes on meanwhile.
             way: One of :data:`WAYS`.
         """

@@ -25,7 +25,7 @@ from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoActionResult, ROSoCli
 REQUESTS = {"a": "bring(a,b)", "b": "bring(b,a)"}
 """What is asked for in a round, by the office where the package is."""
 
-_AGAIN_SECONDS = 0.05  # after which a goal is sent again that nobody acknowledges
+_AGAIN_SECONDS = 0.05  # after which an unacknowledged goal is sent again
 
 
 class Client:

@@ -55,7 +55,7 @@ def plan_over_ros(nodes: Nodes, requests: Sequence[Request]) -> Tuple[float, int
 
 
 def plan_in_process(grid: Grid, requests: Sequence[Request]) -> Tuple[float, int]:
-    """Plans with a fresh solver, likewise."""
+    """Plans with a fresh solver; returns the same."""
     planner = InProcess(grid)
     duration, plan = milliseconds(partial(planner.plan, requests))
     return duration, len(plan.actions_from(0))

@@ -4,7 +4,7 @@
 In process: a hospital of 40 places with two requests, whose shortest plan has 20 to 40 steps. The
 planner has two seconds for one horizon after the other, as by default, and then lets several take
 turns; its first plan is improved until it is proven the best of its horizon, as while robots act.
-clingo itself is told that the plan has at most 60 steps, which nobody knows before; these two
+clingo itself is told that the plan has at most 60 steps, which is unknown beforehand; these two
 seconds are granted to the first plan, for a shortest plan that is found by then. Both in turn.
 
 And eight blocks with one arm, one action a step: random towers, which are to become others, in

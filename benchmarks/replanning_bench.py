@@ -4,8 +4,8 @@
 Over ROS, on a grid of 10 x 10 offices with three requests, by three nodes and by one: from the
 message, goal or cancel request that is sent until the next action is heard, or the changed plan.
 In process, the paper's three scenarios in the office: the planner's own time after each answer. And
-three robots in the office with six open requests, planned in seconds: each step somebody is through
-of whom that was not expected.
+three robots in the office with six open requests, planned in seconds: in each step, a robot is done
+unexpectedly.
 
 Run by scripts/bench. Exit status 1 says that a limit is missed.
 """
@@ -55,7 +55,7 @@ FLEET_REQUESTS, FLEET_STEPS = 6, 30
 _GO = re.compile(r"do\(\w+,go\((c\(\d+\))\),\d+\)")
 _NODE = re.compile(r"c\(\d+\)")
 _PAUSE = 0.02  # seconds that an action takes at least, in which the loop comes to rest
-_LONG_PAUSE = 0.3  # when it has to plan, and nobody hears whether it has
+_LONG_PAUSE = 0.3  # when it has to plan, and does not say whether it has
 _ENOUGH = 25  # actions that are to be left for another round
 
 
@@ -221,7 +221,7 @@ class Scenario(Inbox, Environment):
 
     Attributes:
         own: The planner's own time in milliseconds from each answer to the next action.
-        whole: The time of the whole loop, likewise.
+        whole: The time of the whole loop in milliseconds, for the same.
     """
 
     def __init__(

@@ -36,7 +36,7 @@ RECORDING, RESET, DYN_RESET = (
     f"dynamic.incremental.{kind}" for kind in ("recording", "reset", "dyn_reset")
 )
 ISLAND = "#program transition(t). :- do(robot,go(5),t)."
-"""Nobody gets to cell 5, nor beyond it."""
+"""No robot gets to cell 5, nor beyond it."""
 BROKEN = "#program state(t). #external event(info,broken,t). :- event(info,broken,t)."
 """A message contradicts the program; it is dropped then."""
 FRAGILE = "#program state(t). :- t = 4."

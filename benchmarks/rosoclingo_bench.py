@@ -82,7 +82,7 @@ class Actuator:
             f"{name}/out", ROSoClingoOut, self._on_action, tcp_nodelay=True
         )
         self._client = LowLatencyActionClient(name, ROSoClingoAction)
-        self._sent: List[ClientGoalHandle] = []  # actionlib forgets goals that nobody holds
+        self._sent: List[ClientGoalHandle] = []  # actionlib forgets goals without a reference
 
     def wait(self) -> None:
         """Waits until the node is there.

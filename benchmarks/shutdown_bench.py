@@ -37,7 +37,7 @@ NODES = (
 
 def run(system: RosSystem, folder: Path, report: Report) -> None:
     """Measures everything."""
-    rospy.set_param("/use_sim_time", True)  # which nobody publishes, but for a simulator
+    rospy.set_param("/use_sim_time", True)  # without a publisher, but for a simulator
     for package, program, *arguments in NODES:
         times = []
         for number in range(ENDS):

@@ -2,7 +2,7 @@
 
     python benchmarks/simulator_bench.py
 
-The robot drives through the office all the time, and somebody listens to its laser, its odometry
+The robot drives through the office all the time, with subscribers to its laser, its odometry
 and its transforms.
 """
 
@@ -41,7 +41,7 @@ CORNERS = ((32.0, -8.0), (15.0, -17.0))
 
 
 class Driver:
-    """Sends the robot to and fro, and listens to what it sees."""
+    """Sends the robot back and forth, and subscribes to its sensors."""
 
     def __init__(self) -> None:
         """Opens the connections to the simulator."""

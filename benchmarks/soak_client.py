@@ -25,7 +25,7 @@ from rosoclingo.msg import (
 from soak_alarms import Alarm, Order
 from soak_watch import SoakWatch
 
-_AGAIN_SECONDS = 2.0  # of wall time, after which is sent again what nobody has acknowledged
+_AGAIN_SECONDS = 2.0  # of wall time, after which unacknowledged goals are sent again
 
 _WORDS = {
     GoalStatus.SUCCEEDED: Status.SUCCEEDED.value,

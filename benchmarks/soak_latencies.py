@@ -42,7 +42,7 @@ class SoakLatencies:
             name: What it is of.
             began: In wall time; less than 0 if it does not count.
             seconds: When it has ended, in simulated time.
-            wall: Likewise, in wall time.
+            wall: The same, in wall time.
         """
         if began >= 0:
             self.samples[name].append(Sample(seconds, wall - began))
@@ -60,7 +60,7 @@ class SoakLatencies:
         Args:
             sent: When the client has sent it, in wall time; less than 0 if it does not count.
             seconds: When it is accepted, in simulated time.
-            wall: Likewise, in wall time.
+            wall: The same, in wall time.
         """
         began = max(sent, self._last_input) if sent >= 0 else sent
         self.measure(ACCEPTED, began, seconds, wall)

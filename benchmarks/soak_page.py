@@ -46,9 +46,9 @@ class SoakRun(NamedTuple):
         robots: How many there were.
         began: When, in simulated seconds.
         seconds: How long it lasted, in simulated time.
-        wall: Likewise, in wall time.
+        wall: The same, in wall time.
         memory: The lines through the memory of the processes.
-        latencies: Likewise of the latencies.
+        latencies: The lines through the latencies.
         machine: What the figures depend on.
     """
 

@@ -44,7 +44,7 @@ class WatchedGoal:
     Attributes:
         request: What is asked for.
         sent: When, in seconds of simulated time.
-        wall: Likewise, in seconds of wall time; less than 0 if its latency does not count.
+        wall: The same in seconds of wall time; less than 0 if its latency does not count.
         finds_slot: Whether there was a free slot for it then.
         is_cancelled: Whether its client has asked to cancel it.
         is_acknowledged: Whether it was in a list of statuses.
@@ -75,7 +75,7 @@ class WatchedGoal:
         Args:
             word: How the goal has ended.
             wall: When it comes, in wall time.
-            loop_ended: When the planning loop was ended last, likewise. The next one cannot know
+            loop_ended: When the planning loop was ended last, in wall time. The next cannot know
                 whether a result has left just before that.
         """
         before, since, self.result, self.heard = self.result, self.heard, word, wall

@@ -25,7 +25,7 @@ _ALWAYS = "times: 1000000"
 
 
 class Asking(NamedTuple):
-    """A client asks for something.
+    """A client's request.
 
     Attributes:
         request: Such as ``bring(o1,o2)``.
@@ -44,7 +44,7 @@ class Blocking(NamedTuple):
     Attributes:
         way: The waypoints at its ends.
         seconds: When it is taken away again.
-        is_told: Whether somebody says so, or the robots have to find out.
+        is_told: Whether it is announced, or the robots have to find out.
     """
 
     way: Tuple[str, str]

@@ -104,7 +104,7 @@ class SoakWatch:
             goal: The goal.
             word: How it has ended, as the journal has it, such as ``succeeded``.
             seconds: When, in simulated time.
-            wall: Likewise, in wall time.
+            wall: The same, in wall time.
         """
         with self._lock:
             known = self._goals.get(goal) or self._over.get(goal)
@@ -256,7 +256,7 @@ class SoakWatch:
             node: Its name.
             pid: Its process; 0 if there is none.
             seconds: When, in simulated time.
-            wall: Likewise, in wall time.
+            wall: The same, in wall time.
         """
         with self._lock:
             known = self._nodes.setdefault(node, WatchedNode(node, wall))

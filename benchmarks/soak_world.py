@@ -31,7 +31,7 @@ PLANNING_NODES = ("rosoclingo", "controller", "planner")
 
 _NODES_SECONDS = 1.0  # of wall time, between two looks at the processes
 _MEMORY_SECONDS = 60.0  # of simulated time, between two looks at their memory
-_CARE_SECONDS = 60.0  # of simulated time, after which somebody sees to what is blocked or lost
+_CARE_SECONDS = 60.0  # of simulated time, after which blocked ways and lost robots are attended to
 _POSE_SECONDS = 10.0  # of wall time, for a robot to say where it is
 _WAITING = 2  # requests that may be open besides those that are dealt with
 

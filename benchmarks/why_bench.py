@@ -3,7 +3,7 @@
 
 In process, the robot is on its way, or was never sent. Ways are blocked, one after the other, until
 the office that it has to go to is cut off, and two more. Each question has an explainer of its own,
-as if nobody had asked before.
+as if it were the first question.
 
 Over ROS, deliveries are made by three nodes and by one. During every second one, a process asks
 why, without a pause; the reactions are the times from an answer to the next action.

@@ -80,7 +80,7 @@ class XmlError(RosclingoError):
 
     Attributes:
         line: Line of the fault, counted from 1; 0 when it is not at a place in the text.
-        column: Column of the fault, counted from 1; 0 likewise.
+        column: Column of the fault, counted from 1; 0 with no line.
         command: Name of the command that holds the fault, or of the root element.
         index: Position of that command in the list, counted from 0; -1 outside of any.
     """

@@ -65,7 +65,7 @@ class ROSCommands:
         ]
 
     def query(self, step: Symbol) -> None:
-        """Asks for a plan with another horizon, whose steps are grounded before if need be.
+        """Sets the query to another horizon, whose steps are grounded before if need be.
 
         It does what three commands of the manual do, in one request to the planner.
         """
@@ -94,7 +94,7 @@ class ROSCommands:
         self.assign_external(external, value)
 
     def release_external(self, external: Symbol) -> None:
-        """Makes an external of the planner false for good."""
+        """Makes an external of the planner false permanently."""
         self.state.externals.release(str(external))
 
     def solve(self) -> None:
@@ -182,7 +182,7 @@ class ROSCommands:
 
     def idle(self) -> None:
         """Waits for a message, a goal or a cancel request."""
-        self.planner.run()  # tells what is still to be told, while nobody waits
+        self.planner.run()  # flushes the queue, while no robot waits
         self.state.externals.release_now()
         self.state.show_executions()
         self.state.waiting.wait(self.state.step, lambda: improve(self.state))

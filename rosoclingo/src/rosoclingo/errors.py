@@ -18,7 +18,7 @@ class OutsideError(LoopError):
 
 
 class PlannerError(LoopError):
-    """The planner refused or failed at what the controller asked for."""
+    """The planner refused a command of the controller, or failed at it."""
 
 
 class SpareMemoryError(OutOfMemoryError):
@@ -47,7 +47,7 @@ class ExhaustedError(LoopError):
 
 
 class ControllerError(LoopError):
-    """The controller did not say what to do."""
+    """The controller gave no valid command."""
 
 
 class LaunchedError(RosclingoError):

@@ -78,7 +78,7 @@ class Parcel:
         slot: The planner's id.
         status: The last status; empty before the first.
         place: The office where the package is; empty while a robot carries it.
-        missing: Whether nobody knows where the package is, so that ``place`` is empty, too.
+        missing: Whether it is unknown where the package is, so that ``place`` is empty, too.
         canceled: Whether the client has asked to cancel the goal.
         binding: Whether whoever plans has to know that by now.
     """
@@ -103,7 +103,7 @@ class Validator:
     """Validator of a run: hears of each event in order, and collects violations.
 
     Announcements and cancel requests bind a robot from its next answer on: before that, an action
-    may have been published by somebody who could not yet know. That is different if nothing happens
+    may have been published by a loop that could not yet know. That is different if nothing happens
     at the same time (``immediate``): then all that was said before an action binds it.
 
     Attributes:
@@ -113,7 +113,7 @@ class Validator:
         blocked: The edges that are blocked as far as whoever plans knows.
         positions: Where each robot is.
         loads: The goal whose package a robot carries.
-        lost: The robots of which nobody knows where they are, or what they have. In a fleet, also
+        lost: The robots whose position, or load, is unknown. In a fleet, also
             those that have failed to go on two ways in a row, as they are stuck.
         goals: All goals, by what the caller names them with.
         delivered: How many packages have arrived at their destination.

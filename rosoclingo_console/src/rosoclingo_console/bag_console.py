@@ -21,7 +21,7 @@ from rosoclingo_console.web.server import Server
 
 _PROGRAM = "console.py"
 PORT = 8088
-"""The port where a console listens, if nobody names another one."""
+"""The default port of a console."""
 
 
 def main(arguments: List[str]) -> NoReturn:

@@ -189,7 +189,7 @@ class Orders:
                 return False
             order.end = end
             order.state = end if order.as_asked or not reason else f"{end}: {reason}"
-            with contextlib.suppress(LedgerError):  # it would be asked for again, and end likewise
+            with contextlib.suppress(LedgerError):  # it would be sent again, and end the same way
                 self._write()
             return True
 

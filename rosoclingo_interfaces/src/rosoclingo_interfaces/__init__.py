@@ -1,3 +1,3 @@
-"""Nodes that do the actions of a plan."""
+"""Interfaces: nodes that execute the actions of a plan."""
 
 import rosclingo  # noqa: F401 (finds the libraries that our Debian packages bring along)

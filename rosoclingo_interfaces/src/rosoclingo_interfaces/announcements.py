@@ -1,4 +1,4 @@
-"""Parses a user's lines that announce blocked paths, and tracks these. Needs no ROS."""
+"""Parses a user's announcements of blocked paths, and tracks their acceptance. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def parse_line(line: str) -> str:
 
 
 def verdict(events: Iterable[Event], value: str) -> Optional[str]:
-    """Finds the planning loop's reaction to an announcement.
+    """Returns the planning loop's reaction to an announcement, from the journal.
 
     Args:
         events: What has happened since it was published.
@@ -58,7 +58,7 @@ def verdict(events: Iterable[Event], value: str) -> Optional[str]:
 
 
 def has_come(events: Iterable[Event], value: str) -> bool:
-    """Returns whether the planning loop has an announcement, whatever becomes of it.
+    """Whether the planning loop has received an announcement, even if it is dropped.
 
     Args:
         events: What has happened since it was published.

@@ -14,11 +14,11 @@ class LedgerError(RosclingoError):
 
 
 class LineError(RosclingoError):
-    """A line of the user has no meaning; the message says which lines have."""
+    """A line of the user that is no command; the message says which lines are."""
 
 
 class CanceledError(RosclingoError):
-    """The action that runs in this thread is to stop; an interface's method lets it pass."""
+    """The action that runs in this thread was cancelled; an interface's method lets it pass."""
 
 
 class WaypointError(RosclingoError):

@@ -38,7 +38,7 @@ class Stopwatch:
         self._sum = 0.0
 
     def seconds(self) -> float:
-        """Returns how much time has gone by; never less than before."""
+        """Returns the elapsed time, which never decreases."""
         with self._lock:
             now = self._clock()
             if 0 < self._last < now:
@@ -48,7 +48,7 @@ class Stopwatch:
 
 
 class ActionExecution:
-    """An action that an actuator was told to do. Thread-safe.
+    """An execution of an action by an actuator. Thread-safe.
 
     Attributes:
         actuator: Who is to act.
@@ -81,11 +81,11 @@ class ActionExecution:
 
     @property
     def seconds(self) -> float:
-        """Time since the action was asked for."""
+        """Time since the action was requested."""
         return self._stopwatch.seconds()
 
     def close(self) -> bool:
-        """Takes the right to answer, which is there once.
+        """Takes the right to answer, which only one caller gets.
 
         Returns:
             Whether the caller has it now.
@@ -95,7 +95,7 @@ class ActionExecution:
         return not closed
 
     def wait_until(self, event: threading.Event, end: float) -> bool:
-        """Waits for an event, at most until the action has gone on for so many :attr:`seconds`.
+        """Waits for an event, at most until :attr:`seconds` has reached an end.
 
         Returns:
             Whether the event is set.

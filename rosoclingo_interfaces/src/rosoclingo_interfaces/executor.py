@@ -63,7 +63,7 @@ class Executor:
 
         Raises:
             TermError: The id of an actuator is no term.
-            ActionError: The interface does not say well what is to be done after a crash.
+            ActionError: The interface's ``after_crash`` is wrong.
         """
         for name, what in interface.after_crash.items():
             if what not in AFTER_CRASH:
@@ -86,7 +86,7 @@ class Executor:
 
     @property
     def running(self) -> List[ActionExecution]:
-        """The actions that run."""
+        """The running actions."""
         with self._lock:
             return list(self._running.values())
 
@@ -167,7 +167,7 @@ class Executor:
         for execution in executions:
             execution.ended.wait(max(0.0, end - time.monotonic()))
 
-    # What is known by its token.
+    # Known tokens.
 
     def _is_new(self, actuator: str, token: Token, aborted: bool, reply: ReplyFunction) -> bool:
         """Whether an action is new; answers a repeated one again."""
@@ -184,10 +184,10 @@ class Executor:
         return False
 
     def _recall(self, actuator: str, token: Token, is_first: bool) -> Optional[LedgerEntry]:
-        """Returns the record of an action that is new to this process, from an earlier one.
+        """Returns the ledger's record of an action that an earlier process has begun.
 
         Returns:
-            None if that did not begin it, or nobody can know.
+            None if that did not begin it, or if that is unknown.
         """
         entry, name = self._ledger.last(actuator), f"{actuator}: action {token.number}"
         if entry is None or entry.token != token:
@@ -223,20 +223,20 @@ class Executor:
             try:
                 self._ledger.end(actuator, token, action, value)
             except LedgerError as err:
-                # Nobody is told anything wrong later: at worst, that it is unknown.
+                # No wrong answer follows: after a crash, the outcome is unknown at worst.
                 _log.error("%s: the answer %s is sent, but not kept: %s", actuator, value, err)
             reply(value)
 
         return send
 
-    # What runs.
+    # Running actions.
 
     def _replace(
         self, actuator: str, execution: Optional[ActionExecution]
     ) -> Optional[ActionExecution]:
         """Cancels an actuator's execution, puts another in its place, and returns the old one.
 
-        What is cancelled for another node's action stays in its place until it has ended.
+        An execution that is cancelled for another node's action stays there until it has ended.
         """
         with self._lock:
             previous = self._running.get(actuator)

@@ -1,4 +1,4 @@
-"""Fault injection for interfaces: actions in which one lies, dies, or fails, as rules say."""
+"""Fault injection: an interface lies, dies, or fails in actions that rules choose."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _log = logging.getLogger("rosout")  # where rospy.loginfo and its like log to
 
 @dataclass(frozen=True)
 class FaultRule:
-    """A rule: in which actions an interface has a fault.
+    """The actions in which an interface has a fault.
 
     Attributes:
         actions: Where the expression is found in an action.
@@ -49,7 +49,7 @@ class FaultRule:
 
 @dataclass(frozen=True)
 class FaultRules:
-    """Faults of an interface, as its parameter says them.
+    """The faults of an interface, from its parameter.
 
     Attributes:
         rules: By what happens: ``lies``, ``dies`` or ``fails``.
@@ -61,7 +61,7 @@ class FaultRules:
 
 
 def read_rules(content: Mapping[str, Any]) -> FaultRules:
-    """Reads rules.
+    """Parses the rules.
 
     Args:
         content: Such as ``{"lies": {"actions": "^go", "probability": 0.1}, "seed": 3}``.
@@ -116,7 +116,7 @@ def _number(name: str, value: Any, most: float) -> float:
 
 
 class FaultyActions:
-    """Does actions, but for those in which a rule has it lie, die or fail. Thread-safe.
+    """Executes actions, and injects the faults of some rules. Thread-safe.
 
     Each kind of fault of each actuator has its own random numbers, so that a seed repeats them in
     whatever order several actuators act.
@@ -151,7 +151,7 @@ class FaultyActions:
         self._fails_until: Dict[Tuple[str, str], float] = {}
 
     def perform(self, action: clingo.Symbol) -> ActuatorAnswer:
-        """Does an action, or has a fault."""
+        """Executes an action, or injects a fault."""
         execution = current()
         dies = self._happens(DIES, execution.actuator, str(action))
         if dies is not None and not dies.at_end:
@@ -164,7 +164,7 @@ class FaultyActions:
         return answer
 
     def _answer(self, execution: ActionExecution, action: clingo.Symbol) -> ActuatorAnswer:
-        """Does an action, or only answers it."""
+        """Executes an action, or only answers it."""
         text = str(action)
         if self._happens(LIES, execution.actuator, text):
             _log.warning("%s: is not done, but answered with success, as ~faults says", execution)
@@ -175,7 +175,7 @@ class FaultyActions:
         return self._perform(action)
 
     def _fails(self, actuator: str, action: str) -> bool:
-        """Returns whether an action fails, for the first time or because it did so lately."""
+        """Whether an action fails, at first or because it has failed lately."""
         now = self._clock()
         if now < self._fails_until.get((actuator, action), -math.inf):
             return True

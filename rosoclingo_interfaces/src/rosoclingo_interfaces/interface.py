@@ -16,17 +16,17 @@ from rosoclingo_interfaces.execution import ActionExecution, current
 ActuatorAnswer = Union[bool, str]
 
 AGAIN = "again"
-"""After a crash: the action is done again, because to do it twice is the same as once."""
+"""After a crash: the action is done again, because it is idempotent."""
 
 FAIL = "fail"
-"""After a crash: the answer is ``failure``, because what is done by half counts as not done."""
+"""After a crash: the answer is ``failure``, because half an action counts as none."""
 
 AFTER_CRASH = (AGAIN, FAIL, UNKNOWN)
-"""What is answered for an action in which an interface has crashed; the last one as it is."""
+"""Policies for an action in which an interface has crashed; the last one is an answer."""
 
 
 class ActionInterface:
-    """Does the actions of one or more actuators.
+    """Executes the actions of one or more actuators.
 
     A subclass has a method for each action, which is called in a thread of its own::
 
@@ -51,7 +51,7 @@ class ActionInterface:
     that are no actions begin with an underscore.
 
     An action has a token, and is done once by a node. If the node has a ``~store`` and crashes in
-    an action, ``after_crash`` says what is to become of it. Without a store, or by a rosoclingo
+    an action, ``after_crash`` says whether it is done again. Without a store, or by a rosoclingo
     that knows no tokens, an action that was not answered comes again, and so does the last one: a
     method should return True at once if there is nothing to do.
 
@@ -60,10 +60,9 @@ class ActionInterface:
         messages: Ids of the messages that are sent besides answers, such as ``info``.
         leaves_unknown: Whether an action without a method is left to another node of the same
             actuator, and not answered with ``failure``.
-        after_crash: For the names of actions: what to do if the node has crashed in one, so that
-            nobody knows whether it was done. ``again`` does it again, ``fail`` answers ``failure``,
-            ``unknown`` answers that. Those that are not named: ``again`` for ``go``, else
-            ``unknown``.
+        after_crash: For the names of actions: what to do if the node has crashed in one, and its
+            outcome is unknown. ``again`` does it again, ``fail`` answers ``failure``, ``unknown``
+            answers that. Those that are not named: ``again`` for ``go``, else ``unknown``.
         timeout: Longest time from an action to its answer, in seconds, unless the node's parameter
             ``~timeout`` says otherwise; 0 for no limit.
     """
@@ -86,11 +85,11 @@ class ActionInterface:
 
     @property
     def canceled(self) -> bool:
-        """Whether the action that runs in this thread is to stop."""
+        """Whether the action that runs in this thread was cancelled."""
         return current().canceled.is_set()
 
     def report_progress(self, part: float) -> None:
-        """Says how much of the action that runs in this thread is done; clients are told.
+        """Reports the done part of the running action, of which clients are told.
 
         Args:
             part: From 0 to 1.
@@ -115,7 +114,7 @@ class ActionInterface:
         return {"go": AGAIN, **self.after_crash}.get(name, UNKNOWN)
 
     def perform(self, action: clingo.Symbol) -> ActuatorAnswer:
-        """Does an action, in a thread of its own; calls the action's method.
+        """Executes an action, in a thread of its own; calls the action's method.
 
         Raises:
             DispatchError: There is no such method, or not with these arguments.

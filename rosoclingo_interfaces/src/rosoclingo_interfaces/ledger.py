@@ -94,7 +94,7 @@ class Ledger:
             return self._entries.get(actuator)
 
     def begin(self, actuator: str, token: Token, action: str) -> None:
-        """Remembers that an action is about to begin.
+        """Records an action before it begins.
 
         Raises:
             LedgerError: It cannot be remembered; the action must not begin.
@@ -105,7 +105,7 @@ class Ledger:
             self._entries = entries
 
     def end(self, actuator: str, token: Token, action: str, answer: str) -> None:
-        """Remembers the answer that is about to be sent, unless a later action has begun.
+        """Records an answer before it is sent, unless a later action has begun.
 
         Raises:
             LedgerError: It is remembered by this process only.

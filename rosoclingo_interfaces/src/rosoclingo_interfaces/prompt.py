@@ -1,4 +1,4 @@
-"""A prompt in a terminal, or lines from a pipe; what is printed meanwhile does not disturb it."""
+"""Input lines from a terminal or a pipe; output meanwhile does not disturb the typed line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HANDLED = (signal.SIGINT, signal.SIGTERM, _WAKE)
 
 
 class _StoppedError(Exception):
-    """The reading of a line has to end."""
+    """Ends the reading of a line."""
 
 
 class Prompt:
@@ -28,7 +28,7 @@ class Prompt:
     then on. Only the main thread reads and waits; any thread may print and stop.
 
     Attributes:
-        interactive: Whether a user types the lines and sees what is printed.
+        interactive: Whether a user types the lines and sees the output.
         interrupted: Whether Ctrl-C or SIGTERM has come.
         reason: Why reading was stopped; None as long as it was not.
     """
@@ -37,7 +37,7 @@ class Prompt:
         """Prepares a prompt.
 
         Args:
-            prompt: What is printed when a line may be typed; nothing when lines come from a pipe.
+            prompt: Printed when a line may be typed; not when lines come from a pipe.
         """
         self.interactive = sys.stdin.isatty() and sys.stdout.isatty()
         self.interrupted = False
@@ -84,7 +84,7 @@ class Prompt:
             readline.parse_and_bind("tab: complete")
 
     def _complete(self, begun: str, number: int) -> Optional[str]:
-        """Returns the word of this number that fits what is typed of it; None after the last."""
+        """Returns the N-th completion of the typed word; None after the last."""
         if number == 0:
             before = self._typed()[: self._begins()].split()
             self._fitting = [word for word in self._offered(before) if word.startswith(begun)]
@@ -98,7 +98,7 @@ class Prompt:
         self.say("  ".join(words[:_MOST_WORDS]) + more)
 
     def say(self, text: str, last: bool = False) -> None:
-        """Prints a line above what is being typed; nothing, once the last line was typed."""
+        """Prints a line above the typed one; nothing, once the last line was typed."""
         with self._output:
             if self._has_ended:
                 return

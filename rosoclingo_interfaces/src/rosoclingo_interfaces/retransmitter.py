@@ -22,7 +22,7 @@ class _Sent:
 
 
 class Retransmitter:
-    """Retransmitter: repeats sent answers until it is known that they were taken. Thread-safe.
+    """Retransmits sent answers until they are acknowledged. Thread-safe.
 
     A publisher cannot know that its subscriber has died: what it sends then is lost. The one that
     starts again takes an answer once, however often it comes.
@@ -39,13 +39,13 @@ class Retransmitter:
         self._first_seconds = first_seconds
         self._changed = threading.Condition()  # guards the answers; held for moments only
         self._sent: Dict[AnswerKey, _Sent] = {}
-        self._open: FrozenSet[AnswerKey] = frozenset()  # what is to be answered
+        self._open: FrozenSet[AnswerKey] = frozenset()  # the open actions
         threading.Thread(target=self._run, name="answers", daemon=True).start()
 
     def add(self, key: AnswerKey, answer: Any) -> None:
         """Schedules the retransmission of an answer, which is about to be sent for the first time.
 
-        One that nobody waits for any more, because its run is over, is sent once.
+        An answer of a run that is over is sent only once.
         """
         with self._changed:
             if key not in self._open:

@@ -21,7 +21,7 @@ def save(file: Path, part: str, value: Any) -> None:
 
     Args:
         file: The file.
-        part: What is in it, in a word.
+        part: The name of its content, in a word.
         value: The same as a value of JSON.
 
     Raises:
@@ -41,9 +41,9 @@ def load(file: Path, part: str, take: Callable[[Any], T], wrong: str, remedy: st
 
     Args:
         file: The file.
-        part: What is to be in it, as in :func:`save`.
+        part: The name of its content, as in :func:`save`.
         take: Makes of the value what it means; raises an error of Python's for a wrong one.
-        wrong: What is said of a file that holds something else, such as ``is no list``.
+        wrong: The message for a file with another content, such as ``is no list``.
         remedy: What to do then, besides naming another file.
 
     Raises:
@@ -63,7 +63,7 @@ def load(file: Path, part: str, take: Callable[[Any], T], wrong: str, remedy: st
 
 
 def replace(file: Path, data: bytes) -> None:
-    """Puts another file in the place of a file; there is one of them, whole, at any time.
+    """Replaces a file atomically.
 
     Raises:
         OSError: It cannot be written; the old file may be there still.

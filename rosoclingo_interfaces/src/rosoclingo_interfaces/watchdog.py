@@ -10,7 +10,7 @@ SILENCE_SECONDS = 5.0
 
 
 class Watchdog:
-    """Watches a value in wall time, because a simulator's clock stands still when it ends."""
+    """Watches a value in wall time, since a simulator's clock stops when the simulator ends."""
 
     def __init__(
         self, value: Callable[[], Any], clock: Callable[[], float] = time.monotonic
@@ -27,7 +27,7 @@ class Watchdog:
         self._since = clock()
 
     def still(self) -> float:
-        """Returns for how many seconds the value has not changed, as far as calls have seen."""
+        """Returns the seconds since the value has changed, as far as calls have seen."""
         value = self._value()
         if value != self._last:
             self._last, self._since = value, self._clock()

@@ -34,5 +34,5 @@ class Calls:
 
     def run(self) -> None:
         """Makes the queued calls, in order of arrival."""
-        while not self._waiting.empty():  # nobody else takes from it
+        while not self._waiting.empty():  # this is its only reader
             self._waiting.get()()

@@ -91,7 +91,7 @@ class LowLatencyActionClient(actionlib.ActionClient):
             transition_cb: Called with the handle at each change.
             feedback_cb: Called with the handle and feedback.
             identifier: The goal's id, by which another process may have sent it before; empty for
-                one that nobody has used.
+                a new one.
 
         Returns:
             The goal, which lives as long as this is kept.

@@ -166,10 +166,10 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._recalled = recalled
         self._rejected = self.ActionResultType() if rejected is None else rejected
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
-        self._ended_ids: OrderedDict[str, None] = OrderedDict()  # likewise
+        self._ended_ids: OrderedDict[str, None] = OrderedDict()  # the last to end comes last
         self._kept_results: _Kept = deque(maxlen=_KEPT_MESSAGES)
         self._kept_feedback: _Kept = deque(maxlen=_KEPT_MESSAGES)
-        self._results: OrderedDict[str, Any] = OrderedDict()  # by the goals' ids, likewise
+        self._results: OrderedDict[str, Any] = OrderedDict()  # by the goals' ids, in this order
         self._results_kept = results_kept
         self.canceled_by = ""
         self._is_batch = False  # statuses are published after it, if
@@ -269,7 +269,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
                 kept.append((time.monotonic(), client, message))
 
     def _send_kept(self, kept: _Kept, topic: rospy.Publisher, send: Callable[[Any], None]) -> None:
-        """Sends kept messages to a new subscriber, for which they were.
+        """Sends a new subscriber the messages that were kept for it.
 
         rospy makes connections one by one, so it is the one that is connected now.
         """
@@ -550,7 +550,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         return sum(is_open) > _MANY_GOALS
 
     def _repeat_statuses(self, seconds: float) -> None:
-        """Publishes changes that have waited, and all statuses again and again, until the end."""
+        """Publishes delayed changes, and all statuses periodically, until the end."""
         # In wall time: by these messages a client sees that the server is there, also when a
         # simulator's clock is slow, stands still or begins anew. A timer of rospy's ends then.
         end = threading.Event()

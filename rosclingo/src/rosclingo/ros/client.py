@@ -69,7 +69,7 @@ class Client:
 
         Args:
             name: Name of the node, resolved like any other name.
-            only_own_restarts: Whether all but a restart is to fail when somebody else has restarted
+            only_own_restarts: Whether all but a restart fails when another client has restarted
                 the solver, or its node was started again.
         """
         self._headers = {OWN_RESTARTS_HEADER: "1"} if only_own_restarts else {}
@@ -317,7 +317,7 @@ class Client:
             raise self._shuts_down()
         if status.status == GoalStatus.ABORTED and says_out_of_memory(status.text):
             raise OutOfMemoryError(status.text)
-        # A control request or a goal of somebody else's ends a search too: it is interrupted then.
+        # A control request or a goal of another client ends a search, too: it is interrupted then.
         ended = canceled or result.interrupted
         if status.status != GoalStatus.SUCCEEDED and not ended:
             raise ServiceError(f"{self.name} ended the goal as {_word(status)}: {status.text}")

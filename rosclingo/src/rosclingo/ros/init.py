@@ -25,8 +25,8 @@ from rosclingo.ros.reminder import Reminder
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _SECONDS_TO_RETRY = 30.0  # after which a node that cannot do its work is started again
-_LOOKS_SECONDS = 0.5  # how often it is looked whether the node is shut down, if nobody says so
-_MASTER_SECONDS = 0.1  # how often it is looked whether there is a master
+_LOOKS_SECONDS = 0.5  # how often it is polled whether the node is shut down
+_MASTER_SECONDS = 0.1  # how often it is polled whether there is a master
 
 
 def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
@@ -131,7 +131,7 @@ def _wait_for_master() -> None:
 
 
 def spin(ended: Optional[threading.Event] = None) -> None:
-    """Waits until the node is shut down, and returns at once then.
+    """Blocks until the node is shut down.
 
     ``rospy.spin`` looks twice a second: a node took 0.4 s longer to end.
 

@@ -158,12 +158,12 @@ class LocalMaster:
         """Starts the master, which answers at once.
 
         Raises:
-            OSError: Somebody else has taken the port.
+            OSError: The port is in use.
         """
         try:
             self._master = Master(self._port)
         except OSError:
-            self.close()  # nobody calls __exit__
+            self.close()  # __exit__ is not called
             raise
         return self
 

@@ -13,7 +13,7 @@ _WORKERS = 3  # threads that tell the nodes of changes, as many as roscore has
 _POLL = 0.02  # seconds that it takes to end
 
 # They log whenever a node that is told of a change has just ended, or is killed while it asks;
-# roscore keeps that in a file. With this, Python prints it only where somebody has set up logging.
+# roscore keeps that in a file. With this, Python prints it only where logging was set up.
 for _name in ("rosmaster", "xmlrpc"):
     logging.getLogger(_name).addHandler(logging.NullHandler())
 

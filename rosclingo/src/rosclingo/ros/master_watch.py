@@ -38,7 +38,7 @@ _DOUBTS = 2  # answers in a row, so that no node ends because of one that was ju
 def watch_master() -> None:
     """Asks the master now and then whether it knows this node, which is initialised.
 
-    A master that was started again knows nobody, and nobody finds the node. So the node shuts down,
+    A restarted master knows no node, and no node finds this one. So this node shuts down,
     with a message, and its exit status is :data:`STATUS` then. With ``respawn`` roslaunch starts it
     again. As long as the master does not answer at all, nothing happens.
 

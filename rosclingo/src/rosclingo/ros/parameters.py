@@ -79,7 +79,7 @@ def threads() -> int:
 
 
 def flag(name: str, default: bool) -> bool:
-    """Returns true or false.
+    """Reads a Boolean parameter.
 
     Raises:
         ParameterError: It is something else.

@@ -79,7 +79,7 @@ def _refuse_calls() -> None:
     ``rospy.impl.tcpros_base.TCPServer.run`` reads the header of one connection after the other,
     in ``read_ros_handshake_header``, without a timeout. When a node was killed and is started
     again, the master calls the old one's XML-RPC port, which may be the TCPROS port of another node
-    by then: that node waits for the rest of a header, and nobody can connect to it any more.
+    by then: that node waits for the rest of a header, and accepts no more connections.
     """
     read_header = tcpros_base.read_ros_handshake_header
 
@@ -149,7 +149,7 @@ def _wake_registration_at_shutdown() -> None:
 
 
 def _wait_for_registrations_at_shutdown() -> None:
-    """Has a shutdown unregister names only after those that are just being registered.
+    """Delays a shutdown's unregistrations until pending registrations are done.
 
     ``rospy.impl.registration.RegistrationListeners.clear`` does not wait for another thread that is
     in ``notify_added``: the call that registers a topic comes to the master after those that

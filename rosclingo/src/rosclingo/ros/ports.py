@@ -14,8 +14,8 @@ _ATTEMPTS = 100
 def reserve_port() -> socket.socket:
     """Reserves a TCP port for a master.
 
-    As long as the socket is open, nobody else who looks for a port gets this one; a master can
-    listen on it all the same, as servers in Python may share the port with who does not listen.
+    As long as the socket is open, no other search for a free port returns this one; a master can
+    still listen on it, as servers in Python may share a port with a socket that does not listen.
 
     Returns:
         A socket that is bound to the port.

@@ -56,7 +56,7 @@ class Explanation(Generic[_Name]):
     Attributes:
         weight: The sum of their surprises.
         causes: The causes, in clingo's order.
-        unexplained: The observations that they do not explain, likewise.
+        unexplained: The observations that they do not explain, in clingo's order.
     """
 
     weight: int

@@ -156,7 +156,7 @@ class CauseFinder:
 
 
 def _whole(symbol: Symbol, least: int, where: object, most: int = LARGEST) -> int:
-    """Returns a number from ``least`` to ``most``.
+    """Reads a whole number from ``least`` to ``most``.
 
     Raises:
         ValueError: It is none.

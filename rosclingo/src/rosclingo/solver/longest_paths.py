@@ -2,7 +2,7 @@
 
 A graph is said by facts P(I,J,N,G): in graph G, J begins N after I begins, or later. When each
 one begins at the earliest is the length of the longest path there. Rules would ground an atom for
-each path; a rule of a later part asks for it by a term instead.
+each path; a rule of a later part computes it by a term instead.
 
 With a pair of names, (P,Q), facts Q(I,J,N,G) say that J begins N after I begins at most, so I may
 have to begin later. One that contradicts the others is left out:

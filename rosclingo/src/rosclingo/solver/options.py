@@ -166,7 +166,7 @@ def _existing(path: str) -> str:
 
 
 def _choices(path: str) -> str:
-    """Returns a hint that names the encodings where one is missing."""
+    """Returns a hint for a missing file: the encodings in its folder."""
     folder = os.path.dirname(path)
     there = sorted(glob.glob(os.path.join(glob.escape(folder), "*.lp")))
     if not 0 < len(there) <= _MOST_CHOICES:

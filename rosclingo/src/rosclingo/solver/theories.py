@@ -64,7 +64,7 @@ class Theory:
             self._extension.register(control)
 
     def rewritten(self, statements: Sequence[ast.AST]) -> Sequence[ast.AST]:
-        """Returns statements as the theory wants them.
+        """Rewrites statements into the form that the theory needs.
 
         Raises:
             ProgramError: An atom of the theory is not as it has to be; the message quotes line and

@@ -2,7 +2,7 @@
 
 A graph is said by facts P(V,W,N,G): in graph G, one can go from V to W, which takes N. To find a
 shortest way in rules would ground an atom for each place around each destination. A rule of a
-later part asks for it by a term instead:
+later part computes it by a term instead:
 
 >>> from rosclingo.solver.engine import Engine
 >>> from rosclingo.solver.options import Options

@@ -47,7 +47,7 @@ class Caller:
 
     Attributes:
         name: Its name.
-        only_own_restarts: Whether it is refused what it asks for, but for a restart, unless the
+        only_own_restarts: Whether its requests are refused, but for a restart, unless the
             last restart was its own: what it has told the solver is gone then.
     """
 

@@ -49,8 +49,8 @@ class Ground(Command):
 
     Attributes:
         parts: The parts.
-        asking: Whether the parts are grounded that the program asks for, too: for each external
-            ``ground(P)`` that it declares, the part P, until it asks for nothing new. Then each
+        asking: Whether the parts are grounded that the program requests, too: for each external
+            ``ground(P)`` that it declares, the part P, until it requests nothing new. Then each
             part is grounded once, whether it is given or asked for.
         reserved: Names of parts that the program must not ask for; ``base`` is always one.
     """
@@ -77,7 +77,7 @@ class AssignExternal(Command):
 
 @dataclass(frozen=True)
 class ReleaseExternal(Command):
-    """Makes an external atom false for good, or, by a signature such as ``p/2``, all of these."""
+    """Makes an external atom false permanently; by a signature such as ``p/2``, all of these."""
 
     name: str
 
@@ -89,17 +89,17 @@ class CleanupDomains(Command):
 
 @dataclass(frozen=True)
 class GetExternals(Command):
-    """Asks for every external atom of the current grounding; answered by :class:`Externals`."""
+    """Requests every external atom of the current grounding; answered by :class:`Externals`."""
 
 
 @dataclass(frozen=True)
 class GetPrograms(Command):
-    """Asks for the program parts that there are; answered by :class:`Programs`."""
+    """Requests the list of program parts; answered by :class:`Programs`."""
 
 
 @dataclass(frozen=True)
 class GetStats(Command):
-    """Asks for the solver's statistics; answered by :class:`Stats`."""
+    """Requests the solver's statistics; answered by :class:`Stats`."""
 
 
 @dataclass(frozen=True)

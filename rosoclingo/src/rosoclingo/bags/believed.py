@@ -28,8 +28,8 @@ class BeliefSpan:
         name: The causes, in the encoding's words.
         is_certain: Whether all explanations that are as good have them, too.
         others: The other explanations, each with how likely it is, by its end.
-        speaks_for: The observations that speak for the causes, likewise.
-        speaks_against: What speaks against other causes of the same observations, likewise.
+        speaks_for: The observations that speak for the causes.
+        speaks_against: The observations that speak against other causes of the same observations.
     """
 
     began: float
@@ -95,7 +95,7 @@ def _joined(causes: Sequence[str], phrases: TermPhrases) -> str:
 def supporting(
     beliefs: Beliefs, causes: Sequence[str], phrases: TermPhrases = NO_PHRASES
 ) -> List[str]:
-    """Returns what speaks for some causes, in words."""
+    """Returns the evidence for some causes, in words."""
     evidence = (beliefs.evidence.get(cause, Evidence()) for cause in causes)
     found = (beliefs.words(one, phrases) for each in evidence for one in each.speaks_for)
     return list(dict.fromkeys(found))

@@ -14,7 +14,7 @@ class PublisherConnection(NamedTuple):
         md5sum: MD5 sum of the type.
         definition: The type's definition with those that it uses.
         caller: Name of the node that sends, where that matters.
-        latching: Whether late subscribers get the last message, likewise.
+        latching: Whether late subscribers get the last message, where that matters.
     """
 
     topic: str

@@ -36,7 +36,7 @@ def plain(text: str) -> str:
 
 
 def cut(text: str, letters: int) -> str:
-    """Cuts a text to so many letters, of which the last one says that it is cut."""
+    """Truncates a text to so many letters, the last of which is an ellipsis."""
     return text if len(text) <= letters else f"{text[: letters - 1]}…"
 
 

@@ -22,10 +22,10 @@ class Package:
 
     Attributes:
         label: What to write on it.
-        origin: Where it was; empty if nobody knows.
-        destination: Where it is to go; likewise.
+        origin: Where it was; empty if that is unknown.
+        destination: Where it is to go; empty if that is unknown.
         place: The waypoint where it is; empty while a robot carries it.
-        robot: Who carries it; empty while nobody does.
+        robot: The robot that carries it; empty without one.
         slot: The planner's id of its goal, or origin and destination; known from the pickup on.
         delivered: Whether its goal has succeeded.
     """
@@ -54,10 +54,10 @@ class MapSituation:
     Not thread-safe. Every method that takes text raises TermError if it is no ground term.
 
     Attributes:
-        positions: For each robot, the last waypoint that it reached, or where somebody has said
+        positions: For each robot, the last waypoint that it reached, or where a message has said
             since then that it is.
-        blocked: Pairs of waypoints with a blocked way between: somebody has said so, or failed to
-            go there, and nobody has gone there since, or said that it is free.
+        blocked: Pairs of waypoints with a blocked way between: a message said so, or a robot failed
+            to go there, and since then no robot has gone there, and no message said it is free.
         steps: The plan ahead, ordered by step.
         packages: What is to be brought, is on its way, or was lately delivered.
     """
@@ -128,7 +128,7 @@ class MapSituation:
         self._progress = {n: done for n, done in self._progress.items() if n in self._numbers}
 
     def set_progress(self, number: int, progress: float) -> bool:
-        """An interface has said how much of its action is done.
+        """Updates the progress of an action, as its interface reports it.
 
         Args:
             number: The action's number.
@@ -190,7 +190,7 @@ class MapSituation:
                 return
 
     def _pick_up(self, robot: str, action: clingo.Symbol) -> None:
-        """Finds out which package it was: nobody says which goal has which slot.
+        """Finds out which package it was: no message says which goal has which slot.
 
         With the two arguments of the paper's dialect, these are origin and destination.
         """

@@ -1,4 +1,4 @@
-"""What can come from outside, as an encoding declares it: requests, answers, messages.
+"""The inputs that an encoding declares: requests, answers, messages.
 
 >>> from rosclingo.solver.options import Options
 >>> from rosoclingo.in_process.parts import EXAMPLES
@@ -33,7 +33,7 @@ _HAPPENS = "rosoclingo_check_event"
 
 @dataclass(frozen=True)
 class Alphabet:
-    """What can come from outside.
+    """The inputs that an encoding declares.
 
     Attributes:
         slots: The ids for goals.
@@ -58,7 +58,7 @@ class Alphabet:
 
     @property
     def failures(self) -> List[Pair]:
-        """Each actuator with each answer that is no success."""
+        """Each actuator with each of its answers but ``success``."""
         return [
             (actuator, answer)
             for actuator, answers in sorted(self.answers.items())
@@ -68,7 +68,7 @@ class Alphabet:
 
 
 def read_alphabet(options: Options) -> Alphabet:
-    """Asks the encodings of a command line what they declare.
+    """Reads the inputs that the encodings of a command line declare.
 
     Raises:
         RosclingoError: They do not parse, or cannot be grounded.
@@ -123,14 +123,14 @@ def _sorted(
 
 
 def _committed(source: str, content: str) -> Sequence[str]:
-    """Returns the actuator in an event that says that an action was published."""
+    """Returns the actuator in a ``commit`` event, which says that an action was published."""
     name, arguments = split_term(content)
     is_commit = source == "commit" and (name, len(arguments)) == ("do", 2)
     return arguments[:1] if is_commit else ()
 
 
 def _in_order(term: Any) -> Any:
-    """Sorts terms with their numbers in order of size."""
+    """Sorts terms, with numbers by size."""
     if not isinstance(term, str):
         return [_in_order(one) for one in term]
     name, arguments = split_term(term)
@@ -141,7 +141,7 @@ def _in_order(term: Any) -> Any:
 
 
 def _told_events(program: Program, options: Options) -> Set[Pair]:
-    """Returns the events that an encoding with the part ``event(s,c)`` knows.
+    """Returns the events that an encoding with the part ``event(s,c)`` declares.
 
     The parameters of that part become variables, and its externals rules.
     """
@@ -187,7 +187,7 @@ def _rule(external: ast.AST, parameters: Sequence[str]) -> ast.AST:
 
 
 class _Variables(ast.Transformer):
-    """Puts variables in the place of a part's parameters."""
+    """Replaces a part's parameters by variables."""
 
     def __init__(self, names: Mapping[str, str]) -> None:
         self._names = names

@@ -25,7 +25,7 @@ class Answers:
     Attributes:
         sequence: Answers to an actuator's first actions.
         no_answer: Actions that are never answered, where the expression is found in them.
-        fail: Actions that fail, likewise.
+        fail: Actions that fail, where the expression is found in them.
         fail_probability: How probable it is that one of the other actions fails, 0 to 1.
         seed: Start of the random numbers.
     """

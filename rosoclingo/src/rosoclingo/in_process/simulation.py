@@ -143,7 +143,7 @@ class SimulatedSystem(System):
     def take_situation(self, failure: Optional[RosclingoError]) -> None:
         """Remembers the situation at the end, unless there was one without a plan.
 
-        There is none if the loop has ended by itself, or if somebody has to answer.
+        There is none if the loop has ended by itself, or if an actuator has to answer.
 
         Args:
             failure: Why it has ended by itself.

@@ -136,7 +136,7 @@ class System(Inbox, Environment):
         return goal
 
     def new_goal(self, text: str, information: Sequence[str], identifier: str) -> Request:
-        """Returns a goal that nobody knows yet; a subclass may have a class of its own."""
+        """Returns a new goal; a subclass may have a class of its own."""
         return Request(text, information, identifier, self.note_event)
 
     def tell(self, source: str, value: str) -> None:
@@ -194,7 +194,7 @@ class System(Inbox, Environment):
         return True
 
     def own_moments(self) -> List[float]:
-        """Returns when the loop itself does something next, whatever the world does."""
+        """Returns the next times at which the loop acts by itself, whatever the world does."""
         state = self.loop.state
         moments = [one.retry_at for one in state.executions.retrying]
         if state.goals.open or state.goals.queued:

@@ -46,7 +46,7 @@ class KnownGoal:
     time: float = 0.0
 
     def changed(self, change: StatusSet, time: float) -> KnownGoal:
-        """Returns the same with a new status, since a time."""
+        """Returns a copy with a new status, and the time of the change."""
         if change.status is Status.ACCEPTED:
             return dataclasses.replace(self, status=change.status, accepted=True)
         return dataclasses.replace(self, status=change.status, reason=change.reason, time=time)
@@ -131,7 +131,7 @@ class Durability(DurableInputs):
         """Called before a decision."""
 
     def begin_command(self, command: clingo.Symbol) -> None:
-        """Called when it is decided, before anything is changed by it."""
+        """Called when a command is decided, before it changes anything."""
 
     def end_command(self) -> None:
         """Called when it is carried out: commits if an effect is urgent, or it is time."""

@@ -100,7 +100,7 @@ def _describe(activity: CurrentActivity, summary: LoopSummary, seconds: float) -
 def _loop_warnings(
     summary: LoopSummary, activity: CurrentActivity, seconds: float, does: str, slow_seconds: float
 ) -> List[str]:
-    """Returns what somebody should look at, if the loop has not ended."""
+    """Returns warnings for the operator, if the loop has not ended."""
     warnings = []
     if activity.doing is Doing.LACKS:
         warnings.append(does)

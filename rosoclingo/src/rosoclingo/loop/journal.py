@@ -109,7 +109,7 @@ class Control(str, enum.Enum):
     """Kinds of an operator's requests; the value is the word on the wire."""
 
     PAUSE = "pause"  # no further action is dispatched
-    HALT = "halt"  # likewise, and those that are executed are aborted
+    HALT = "halt"  # a pause that also aborts the executed actions
     STEP = "step"  # pauses after the next actions
     RESUME = "resume"
     HOLD = "hold"  # no further action of one actuator is dispatched
@@ -284,12 +284,12 @@ class Ended(str, enum.Enum):
     CUT = "the best so far"  # by ~patience
     CALLED = "interrupted"  # by an input, when the planner had been told of the search already
     BETTER = "better"  # it has looked for a better plan, and found one
-    AS_BEFORE = "as before"  # likewise, and found none in its time, or that there is none
-    CHOSEN = "chosen"  # likewise; an input came, and the next search completes what it has chosen
-    NOTHING = "nothing"  # likewise, and could not find out what the plan costs now
+    AS_BEFORE = "as before"  # it has found none in its time, or that there is none
+    CHOSEN = "chosen"  # a better plan, which the next search completes after an input
+    NOTHING = "nothing"  # it could not compute the current cost of the plan
     AHEAD = "ahead"  # it has searched several horizons in turn, see LOOKING_AHEAD
-    AHEAD_CALLED = "ahead, interrupted"  # likewise, by an input
-    AHEAD_REFUTED = "ahead, no plan"  # likewise, and there is no plan with any of them
+    AHEAD_CALLED = "ahead, interrupted"  # the same, until an input came
+    AHEAD_REFUTED = "ahead, no plan"  # the same, and no horizon has a plan
     REFUTED = "no plan"  # there is none, and it may be searched again with more choices
     FOUND = "found"  # by the search for the task's first plan, whose parts are asked for
     LAYERED = "layers"  # it has found out how many layers there are to be, and what they grant

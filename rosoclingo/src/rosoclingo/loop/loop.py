@@ -166,7 +166,7 @@ class Loop:
         return self._controller.dynamic
 
     def prepare(self) -> None:
-        """Prepares the controller, and shows that nobody was told anything in this run.
+        """Prepares the controller, and publishes that nothing was sent in this run yet.
 
         Or goes on with a stored run.
         """

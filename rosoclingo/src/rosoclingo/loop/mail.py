@@ -39,7 +39,7 @@ from rosoclingo.loop.words import BUSY, FAILURE, GIVEN_UP, INFO, LOST, QUEUE, TI
 _FEEDBACK_SECONDS = 1.0  # how often goals are told how much waits
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
-_LOGGED_IN_SECOND = 100  # likewise, of those that are dropped in a second
+_LOGGED_IN_SECOND = 100  # of the messages that are dropped in a second
 _LOG_SECONDS = 1.0
 _CONTROL = journal.ControlArrived
 # What an encoding that does not declare an answer is told instead, until it declares it.
@@ -613,7 +613,7 @@ class Mail(MailState):
         return messages
 
     def drop(self, messages: List[Tuple[str, str, str]]) -> None:
-        """Says that messages did not reach the planner.
+        """Reports messages that did not reach the planner.
 
         Args:
             messages: Id, value and reason of each.

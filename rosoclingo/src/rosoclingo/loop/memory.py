@@ -128,7 +128,7 @@ def _tell_again(state: State, goals: List[Goal]) -> None:
 
 
 def _take_back(state: State, goal: Goal) -> None:
-    """Takes a goal's event back, and its slot."""
+    """Retracts a goal's event, and frees its slot."""
     for atom in state.externals.from_outside():
         if split_term(atom)[1][:2] == [goal.slot, goal.request]:
             state.externals.note_taken_back(atom)

@@ -1,7 +1,7 @@
 """Monitor of the loop: its thread marks what it does, for others to read while it is busy.
 
 The loop's state belongs to its thread. So that thread marks here what it begins, and makes a
-:class:`LoopSummary` of its state when it polls the inbox and somebody wants one. Each attribute is
+:class:`LoopSummary` of its state when it polls the inbox and one is wanted. Each attribute is
 replaced as a whole, so nothing is locked.
 
 >>> monitor = LoopMonitor()
@@ -110,7 +110,7 @@ class LoopMonitor:
             monotonic clock; None if there is one.
         end: Why the loop has ended; empty if it has not, or was shut down.
         summary: The last summary.
-        is_wanted: Whether somebody wants another one.
+        is_wanted: Whether another summary is wanted.
     """
 
     def __init__(self) -> None:

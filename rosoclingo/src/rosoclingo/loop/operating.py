@@ -75,7 +75,7 @@ def let_go(state: State) -> List[Execution]:
 
 
 def take_back(state: State) -> None:
-    """Lets the next plan do without what is held, since a goal is cancelled.
+    """Lets the next plan do without held actions, since a goal is cancelled.
 
     The planner is no longer told that it is committed to that, and leaves out what no goal needs.
     Where events are facts, it begins again with what it knew before the step, if nothing else has

@@ -126,7 +126,7 @@ def fail(state: State, one: Execution, answer: str) -> Optional[str]:
 
 
 def publish_abort(state: State, actuator: str) -> None:
-    """Tells an actuator to abort its action, once in a step; nobody answers that.
+    """Tells an actuator to abort its action, once in a step; that has no answer.
 
     An action that is held counts as failed.
     """

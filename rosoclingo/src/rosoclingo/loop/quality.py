@@ -19,8 +19,8 @@ class Quality:
 
     Attributes:
         cost: What it costs: one number for each priority, the highest one first; empty if the plan
-            was not searched for, so that nobody has computed it.
-        bound: No plan costs less, likewise; empty if that is not known.
+            was not searched for, so that it was not computed.
+        bound: The lower bound of the cost, in the same form; empty if unknown.
     """
 
     cost: Tuple[int, ...]

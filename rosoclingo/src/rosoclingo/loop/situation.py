@@ -89,7 +89,7 @@ class Situation:
         return situation if known is None else situation.since(*known)
 
     def since(self, step: int, fluents: Iterable[str]) -> Situation:
-        """Returns the situation as it would be after a reset at a step.
+        """Returns the situation after a reset at a step.
 
         Args:
             step: The step, which is before the current one.
@@ -109,7 +109,7 @@ class Situation:
         )
 
     def up_to(self, limit: Optional[int]) -> Situation:
-        """Returns the same with the last step that a copy should plan for.
+        """Returns the same situation with a last step for the copy's plans.
 
         Args:
             limit: The last step that the mode plans for; None if there is none, or if that is not
@@ -127,7 +127,7 @@ class Situation:
 
     @classmethod
     def after(cls, commands: Iterable[Command], last: Optional[int] = None) -> Situation:
-        """Returns the situation of a planner from the commands in its control log.
+        """Returns the situation of a planner after the commands in its control log.
 
         Which goals are open is not known then: in each slot, it is the last one.
 
@@ -155,7 +155,7 @@ class Situation:
 
 
 def moved(atom: str, steps: int) -> str:
-    """Returns an event or action some steps later; saved events stay."""
+    """Returns an event or action shifted by some steps; saved events stay."""
     name, arguments = split_term(atom)
     step = number(arguments[-1]) if arguments else None
     if step is None or atom.startswith(SAVE):
@@ -164,7 +164,7 @@ def moved(atom: str, steps: int) -> str:
 
 
 def _is_since(atom: str, step: int) -> bool:
-    """Whether an event is of a later step, or says that this step has passed."""
+    """Whether an event is of a later step, or says that this step is over."""
     if atom.startswith(SAVE):
         return False
     return (last_number(atom) or 0) > step or atom == event("info", "passed", step)

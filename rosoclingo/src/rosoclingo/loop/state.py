@@ -248,7 +248,7 @@ class State(Progress):
 
     @property
     def needed_horizon(self) -> Optional[int]:
-        """The horizon that the plan needs, if that is beyond the one that is asked for."""
+        """The horizon that the plan needs, if that is beyond the requested one."""
         needed = self.planner.needed
         return needed if needed is not None and needed > self.horizon else None
 
@@ -272,7 +272,7 @@ class State(Progress):
     # What comes from outside.
 
     def poll(self) -> None:
-        """Makes a summary of the state if somebody wants one; called when inputs are taken."""
+        """Makes a summary of the state if one is wanted; called when inputs are taken."""
         if self.monitor.is_wanted:
             self.monitor.is_wanted = False
             self.monitor.summary = self.summarize()
@@ -493,7 +493,7 @@ class State(Progress):
         self.show_held(again=again)
 
     def warn_of_approvals(self) -> None:
-        """Warns that a static mode, which publishes a whole plan, asks for no approval."""
+        """Warns that no approval is requested in a static mode, which publishes a whole plan."""
         if self.interlock.asks:
             self.environment.warn(
                 "~ask_before: no operator is asked to approve an action: the mode is static, "

@@ -151,14 +151,14 @@ class Waiting:
 
     @property
     def _seconds(self) -> float:
-        """How long nobody needs to look."""
+        """Seconds until the next check is due."""
         return max(0.0, min(self._look_at - self.environment.now(), self.watchdog.seconds))
 
     def _step_is_awaited(self, step: int) -> bool:
         """Whether the next step can begin: with a free slot for a goal, or an answer.
 
         The mode is told once in each step, as of a goal that has just come. If it waits again
-        nevertheless, nobody moves the step on, and goals without a slot end here.
+        nevertheless, the step does not go on, and goals without a slot end here.
         """
         goals = self.goals
         has_slot = goals.waiting and goals.has_free_slot(next_step=True)

@@ -30,7 +30,7 @@ TRIES = "tries"
 """The event that counts tries: ``tries(R,C)``, R answers after it has tried C times."""
 
 INFO = "info"
-"""The id of what nobody has to answer for: an observation, or what the loop itself says."""
+"""The id of messages without an actuator: observations, and messages of the loop itself."""
 
 QUEUE = "queue"
 """The source of the events ``first(Request)``, for requests that get a slot before others."""

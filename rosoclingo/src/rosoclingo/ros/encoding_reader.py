@@ -27,10 +27,10 @@ class EncodingReader:
     """
 
     def __init__(self, warn: Callable[[str], object]) -> None:
-        """Begins to wait.
+        """Starts the reading thread.
 
         Args:
-            warn: Called with the reason why nothing is known of an encoding.
+            warn: Called with the reason why an encoding cannot be read.
         """
         self._warn = warn
         self._heard: SimpleQueue[Tuple[str, str, Learn]] = SimpleQueue()

@@ -86,7 +86,7 @@ class Encodings:
         """Returns the encoding.
 
         Raises:
-            QuestionError: Nobody has said yet what it is.
+            QuestionError: It is still unknown.
             RosclingoError: What was said makes no sense.
             OSError: The files cannot be written.
         """

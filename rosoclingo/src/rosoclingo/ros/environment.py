@@ -57,7 +57,7 @@ class ActionClient(GoalClient):
         apply_status(self._handle, change)
 
     def feedback(self, line: str) -> None:
-        """Sends the line."""
+        """Sends a line of feedback to the client."""
         self._handle.publish_feedback(ROSoClingoFeedback(line))
 
     @property
@@ -164,12 +164,12 @@ class RosEnvironment(Environment):
         self._beliefs.publish(rospy.Time.now(), explanations, causes, left)
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
-        """Asks for the reasons why goals wait."""
+        """Requests the reasons why goals wait."""
         if self.questions is not None:
             self.questions.explain_waiting(goals)
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
-        """Asks for the reason why there is no plan."""
+        """Requests the reason why there is no plan."""
         if self.questions is not None:
             self.questions.explain_no_plan(goals)
 

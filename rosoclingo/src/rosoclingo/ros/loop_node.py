@@ -152,7 +152,7 @@ class LoopNode:
             **deciding,
         )
         if encodings is not None:
-            # To a replay's clients, nobody listens.
+            # A replay's clients have no subscribers.
             explains = explains and not isinstance(inbox, ReplayInbox)
             environment.questions = Questions(
                 self._loop.state, encodings, seconds=why_seconds, nice=why_nice, explains=explains

@@ -1,4 +1,4 @@
-"""Runs a node with a loop: opens an inbox, runs until the end, and reports how that was."""
+"""Runs a node with a loop: opens an inbox, runs until the end, and reports the outcome."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ _ASKS = (wire.GetExternals, wire.GetPrograms, wire.GetStats)
 _BASE = wire.Part("base")
 _MOST_TRIES = 3  # of one call, by which a solver is lost
 _MOST = 500  # commands in a request
-_MOST_CHARACTERS = 2**20  # likewise; one command may have more
+_MOST_CHARACTERS = 2**20  # in a request; one command may have more
 
 
 _T = TypeVar("_T")

@@ -490,7 +490,7 @@ def put_aside(path: Path, done: Callable[[], None] = lambda: None) -> Optional[P
 def _reserved(path: Path) -> Iterator[None]:
     """A context in which no other node has a file, if there is one, and its log is empty.
 
-    A file that is damaged, or no database at all, is nobody's. A log that does not belong to its
+    A file that is damaged, or no database at all, has no owner. A log that does not belong to its
     file is left as it is.
 
     Raises:

@@ -190,7 +190,7 @@ class Store:
 
     @contextlib.contextmanager
     def understood(self) -> Iterator[None]:
-        """A context that converts all that rows raise which another version, or nobody, writes."""
+        """A context that converts the errors of rows that this version does not write."""
         try:
             yield
         except MISFITS as err:

@@ -1,4 +1,4 @@
-"""The answers to questions, as values and in sentences. All of them are immutable."""
+"""Answers to questions, as immutable values with their sentences."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rosoclingo.why.reason import MinimalReason, ReasonMember
 
 @dataclass(frozen=True)
 class WhyNoPlan:
-    """Explanation why there is no plan.
+    """Explanation of a missing plan.
 
     Attributes:
         text: The answer in sentences.
@@ -37,7 +37,7 @@ class WhyNoPlan:
 
 @dataclass(frozen=True)
 class WhyGoal:
-    """Explanation why a goal waits, or fails.
+    """Explanation of a goal that waits, or fails.
 
     Attributes:
         text: The answer in sentences.
@@ -124,9 +124,9 @@ class Happened:
     Attributes:
         text: The answer in sentences.
         action: The action, such as ``go(c4)``.
-        actuator: Who has done it; empty if nobody has.
+        actuator: The actuator that did it; empty without one.
         step: When, as the loop counts steps; below 0 if that was before the last reset, None if it
-            was never done, or if nobody knows.
+            was never done, or if that is unknown.
         answer: How it was answered; empty if it was not.
         because: The causes of that in the best explanation.
         others: The causes in other explanations that were kept.
@@ -155,7 +155,7 @@ _MOVED: Dict[type, Tuple[str, ...]] = {  # the fields that are steps, or have st
 
 
 def later(value: Any, steps: int) -> Any:
-    """Returns an answer, or a part of one, with each of its steps counted some steps later."""
+    """Returns an answer, or a part of one, with its step numbers shifted."""
     if value is None:
         return None
     if isinstance(value, int):

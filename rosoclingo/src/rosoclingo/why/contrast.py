@@ -136,12 +136,12 @@ class Instead:
 
 
 def _value(plan: Possible) -> Tuple[int, int]:
-    """Returns what is to be small: by how much all goals are late, and the number of steps."""
+    """Returns the objective: by how much all goals are late, and the number of steps."""
     return sum(seconds for _, seconds in plan.late or ()), plan.horizon
 
 
 def _later(best: Possible, other: Optional[Possible]) -> Tuple[Tuple[str, int, int], ...]:
-    """Returns which goals another plan has later than they are due and than the best plan has them.
+    """Returns the goals that another plan has later than they are due and than the best plan.
 
     Returns:
         For each its slot, by how many seconds it is late then, and by how many in the best plan.
@@ -154,7 +154,7 @@ def _later(best: Possible, other: Optional[Possible]) -> Tuple[Tuple[str, int, i
 
 
 def _events(done: List[Action]) -> FrozenSet[str]:
-    """Returns the events by which actions have been done: each was published and has succeeded.
+    """Returns the events of done actions: each was published and has succeeded.
 
     Of an action that goes on in the next step, only its last step counts.
     """

@@ -83,7 +83,7 @@ class AssumingCopy(Copy):
         self._tied: Dict[Tuple[str, ...], str] = {}
 
     def _wants(self, goals: FrozenSet[str], told: FrozenSet[str]) -> List[Assumption]:
-        """Returns assumptions: the goals in some slots have to end, others need not."""
+        """Returns the assumptions that the goals in some slots have to end, and others need not."""
         begins = self._begins(told)
         wished = {f"{_WANTS}({slot},{begins[slot]})": slot for slot in goals}
         for name in sorted(wished.keys() - self._wishes.keys()):
@@ -99,7 +99,7 @@ class AssumingCopy(Copy):
         return [f"there is no external {atom}" for atom in events if atom not in self._declared]
 
     def ask(self, asked: PlanQuery, *, best: bool = False) -> Verdict:
-        """Looks for a shortest plan; see :class:`.planner_copy.Copy`."""
+        """Searches for a shortest plan; see :class:`.planner_copy.Copy`."""
         told = asked.told
         self._make_free(told)
         facts = [Assumption(atom, atom in told) for atom in self._free]
@@ -118,7 +118,7 @@ class AssumingCopy(Copy):
         raise AssertionError("a plan for some horizon is none for any")
 
     def ask_any(self, asked: PlanQuery, others: Sequence[Sequence[str]] = ()) -> Verdict:
-        """Looks for a plan with some events and any of others; see :class:`.planner_copy.Copy`."""
+        """Searches for a plan with some events and any others; see :class:`.planner_copy.Copy`."""
         told = asked.told
         optional = frozenset(atom for group in others for atom in group) - told
         self._make_free(told | optional)
@@ -157,7 +157,7 @@ class AssumingCopy(Copy):
         self._free.update((c.name, None) for c in new if isinstance(c, AssignExternal))
 
     def _asking(self, horizon: Optional[int] = None) -> List[Assumption]:
-        """Returns the assumptions that ask for a plan for a horizon; without one, for any."""
+        """Returns the assumptions that enforce a plan for a horizon; without one, for any."""
         asks = Assumption(f"{_ASKS}({self._grounded})", horizon is None)
         if horizon is None:
             beyond = range(self.last + 1, self._grounded + 1)

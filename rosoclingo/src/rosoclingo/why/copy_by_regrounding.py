@@ -119,7 +119,7 @@ class RebuildingCopy(Copy):
         atom = demand.name
         if issubclass(self._dialect, PaperDialect) and atom.startswith("do("):
             atom = f"occurs{atom[len('do') :]}"
-        # Without a guard, the program might contradict itself for good.
+        # Without a guard, the program might contradict itself permanently.
         rules = f"#external {name}. :- {name}, {'not ' if demand.value else ''}{atom}."
         self._planner.run(
             Add(name, (), rules), Ground((Part(name),)), AssignExternal(name, Truth.TRUE)

@@ -1,7 +1,7 @@
 """Planner copy by replay, for encodings that are told events by grounding and replan after them.
 
-What is left out changes what the encoding has planned in the steps before, and the plan of such a
-step would stand, although nobody has executed it. So a plan is always made in the last step in
+A fact left out changes the encoding's plans in the steps before, and the plan of such a
+step would stand, although it was not executed. So a plan is always made in the last step in
 which something happened: that step is the only one, or the encoding is told what holds after it as
 what was saved, as a reset does it. Since then nothing has changed, and the plan is moved on to the
 current step.
@@ -93,7 +93,7 @@ class RetellingCopy(RebuildingCopy):
         )
 
     def ask(self, asked: PlanQuery, *, best: bool = False) -> Verdict:
-        """Looks for the best plan; see :class:`.planner_copy.Copy`.
+        """Searches for the best plan; see :class:`.planner_copy.Copy`.
 
         Raises:
             QuestionError: There are demands, for which the encoding has no atoms.
@@ -143,7 +143,7 @@ class RetellingCopy(RebuildingCopy):
         return Verdict(CopyAnswer.PLAN if plan.horizon <= self.last else CopyAnswer.NONE, plan)
 
     def _model(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
-        """Returns any plan after a step: all of them have the same fluents in that step."""
+        """Returns any plan after a step: the fluents of that step are the same in all of them."""
         demand = self._planner.demand
         self._planner.run(*demand.prepare(step))
         outcome = self._solve()
@@ -156,7 +156,7 @@ class RetellingCopy(RebuildingCopy):
             return self._plan(outcome.symbols, step, told)
 
     def _shortest(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
-        """Returns the best plan, for the first horizon from a step on that has one.
+        """Returns the best plan for the first horizon with one, from a step on.
 
         Its step is that step, or an earlier one if it begins earlier.
         """
@@ -191,7 +191,7 @@ def _first(symbols: Sequence[str], told: FrozenSet[str], step: int) -> int:
 
 
 def _sentences(found: Sequence[str]) -> Tuple[str, ...]:
-    """Returns what some doubts say, the first few if there are many."""
+    """Returns the sentences of some doubts, the first few if there are many."""
     more = len(found) - _MOST_DOUBTS
     rest = (f"and {more} more",) if more > 0 else ()
     return (*map(sentence, found[:_MOST_DOUBTS]), *rest)

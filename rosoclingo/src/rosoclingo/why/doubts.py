@@ -92,7 +92,7 @@ _SENTENCES: Dict[str, str] = {
 
 
 def doubts(planner: Planner, step: int, *parts: str) -> List[str]:
-    """Returns what the encoding doubts of all that was told, as ``doubt(D,F)``.
+    """Returns the encoding's doubts about all that was told, as ``doubt(D,F)``.
 
     Another search begins for that, in which all actions are gathered.
 
@@ -115,7 +115,7 @@ def parse(doubt: str) -> Tuple[str, str, str]:
 
 
 def sentence(doubt: str) -> str:
-    """Returns what a doubt ``doubt(D,F)`` says."""
+    """Returns the sentence of a doubt ``doubt(D,F)``."""
     kind, other, fact = parse(doubt)
     name, arguments = split_term(fact)
     place = _PLACE_OF_NAME.get(name, 0)
@@ -131,7 +131,7 @@ def sentence(doubt: str) -> str:
 
 
 def prevents(doubt: str) -> bool:
-    """Whether what a doubt says may be why there is no plan."""
+    """Whether a doubt may be the reason why there is no plan."""
     return parse(doubt)[0] not in ("never", "wantless")
 
 

@@ -31,7 +31,7 @@ _FARTHER = 0.3  # of the time that is left, for looking beyond the last step
 
 
 class Explainer:
-    """Answers questions, each in a time of its own. One thread makes the calls.
+    """Answers questions, each with its own deadline. One thread makes the calls.
 
     All methods raise InterruptedQuestionError if there was no time for any answer, QuestionError if
     a question names what there is not, and RosclingoError if the encoding does not fit.

@@ -32,7 +32,7 @@ class Fact:
         step: When, in steps since the last reset.
         source: Who has told it: a slot, an actuator, or another id; ``save`` for what was saved.
         content: The request, the action, what was announced, or what held.
-        answer: How the action was answered; empty for no answer, and for what is no action.
+        answer: How the action was answered; empty for no answer, and for a fact that is no action.
         atoms: The events.
     """
 
@@ -186,7 +186,7 @@ class _Sorter:
 
 
 def _forms(terms: Iterable[str]) -> Dict[Tuple[str, int], List[List[str]]]:
-    """Returns the arguments of terms, by their name and how many there are."""
+    """Returns the arguments of terms, by name and arity."""
     forms: Dict[Tuple[str, int], List[List[str]]] = {}
     for term in terms:
         name, arguments = split_term(term)

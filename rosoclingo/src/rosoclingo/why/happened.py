@@ -1,4 +1,4 @@
-"""Says how an action went, and what is believed to be the cause, without a search.
+"""Tells the outcome of an action, and its believed cause, without a search.
 
 >>> past = Past(
 ...     deeds=(Deed(1, "r", "go(b)", "failure"),),
@@ -37,7 +37,7 @@ _ENDS = {SUCCESS: "succeeded", FAILURE: "failed"}
 
 
 def happened(asked: str, past: Past, phrases: TermPhrases) -> Happened:
-    """Says how an action went when it was done last, and why, as far as that is believed.
+    """Tells the last outcome of an action, and its believed cause.
 
     Args:
         asked: The action A, or ``do(R,A)`` of actuator R, or ``do(R,A,T)`` for step T.
@@ -83,7 +83,7 @@ class _Teller:
         return replace(answer, text=f"{later} Before that, {answer.text}")
 
     def _step(self, one: Observation) -> Optional[int]:
-        """Returns the step in which an observation was first known, if anybody knows that."""
+        """Returns the step in which an observation was first known, if that is recorded."""
         step = self._known.get(one.term(self._beliefs.observed[one]))
         if step is None or step < 0:
             return step
@@ -92,7 +92,7 @@ class _Teller:
         return max((past for past in own if past <= step), default=step)
 
     def _tell_deed(self, action: str, deed: Optional[Deed]) -> Happened:
-        """Says how an action went of which nothing is of note."""
+        """Tells the outcome of an action without anything of note."""
         if deed is None:
             is_new = self._past.was_reset
             when = "was not done since the last reset" if is_new else "was never done"
@@ -109,7 +109,7 @@ class _Teller:
         return Happened(text, action, deed.actuator, deed.step, deed.answer)
 
     def _tell_seen(self, action: str, seen: Observation) -> Happened:
-        """Says what is believed of an observation that is about an action."""
+        """Tells the beliefs about an observation of an action."""
         actuator, what = self._beliefs.about[seen][0], self._beliefs.observed[seen]
         step = self._step(seen)
         text = f"{action} of {actuator} {_ended(what)}{_when(step)}"
@@ -143,7 +143,7 @@ class _Teller:
         return causes_in_words(causes, self._phrases)
 
     def _would(self, other: Observation, what: str) -> str:
-        """Returns a clause that says what would have been observed."""
+        """Returns a clause about the expected observation."""
         said = clause(other, what, self._phrases)
         if said is not None:
             return f"it would have been observed that {said}"
@@ -157,7 +157,7 @@ class _Teller:
 
 
 class _Causes:
-    """Sorts the causes that make an observation as it is by how likely they are.
+    """Ranks the causes of an observation by likelihood.
 
     Attributes:
         best: Those of the best explanation.
@@ -193,7 +193,7 @@ class _Causes:
 
 
 def _read(asked: str) -> Tuple[str, str, Optional[int]]:
-    """Returns actuator, action and step that are asked for; empty and None for any."""
+    """Parses the actuator, action and step of a query; empty and None for any."""
     name, arguments = split_term(asked)
     if name != "do" or len(arguments) not in (2, 3):
         return "", asked, None

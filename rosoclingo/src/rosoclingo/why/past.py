@@ -68,7 +68,7 @@ class PastReader:
         self._lock = threading.Lock()  # guards all of it; held for moments only
 
     def take_over(self, past: Past) -> None:
-        """Takes the past of a run that goes on."""
+        """Restores the past of a run that goes on."""
         with self._lock:
             self._deeds = list(past.deeds)
             self._open = {deed.actuator: place for place, deed in enumerate(self._deeds)}
@@ -99,7 +99,7 @@ class PastReader:
                 self._reset(event.resets_to)
 
     def now(self) -> Past:
-        """Returns the past as known now."""
+        """Returns the past as known at present."""
         with self._lock:
             beliefs = self._beliefs
             return replace(
@@ -117,7 +117,7 @@ class PastReader:
                 return
 
     def _reset(self, step: int) -> None:
-        """Counts steps from a step on, and forgets what was done until then."""
+        """Counts steps from a step on, and forgets the actions before it."""
         self._beliefs.begin_steps(step)
         later = [deed._replace(step=deed.step - step) for deed in self._deeds if deed.step > step]
         unanswered = {deed.actuator: place for place, deed in enumerate(later) if not deed.answer}

@@ -201,7 +201,7 @@ class Copy(abc.ABC):
         return None
 
     def doubts(self, told: FrozenSet[str]) -> Tuple[Tuple[str, ...], Tuple[str, ...]]:
-        """Says what prevents a plan: what cannot be reached, or else what may be wrong.
+        """Returns why there is no plan: what is out of reach, or else modelling mistakes.
 
         Both are empty if the encoding does not know; see :mod:`.doubts`.
 
@@ -265,7 +265,7 @@ class Copy(abc.ABC):
     def _times(
         self, plan: Plan, told: AbstractSet[str]
     ) -> Tuple[Optional[Tuple[Tuple[str, int], ...]], float]:
-        """Returns by how much goals will be late, and in how many seconds the next step begins."""
+        """Returns by how much goals will be late, and the seconds until the next step begins."""
         under_way = [action for action in plan.actions(self.step) if action.commit in told]
         if not plan.lasting or any(action not in plan.lasting for action in under_way):
             return None, 0.0

@@ -21,7 +21,7 @@ from rosoclingo.why.serving import LOWEST, READY
 from rosoclingo.why.task import QuestionTask
 
 _COMMAND = (sys.executable, "-m", "rosoclingo.why.serving")
-_SECONDS_TO_START = 30.0  # it gets only the time that nobody else wants
+_SECONDS_TO_START = 30.0  # it gets only idle time
 _SECONDS_MORE = 1.0  # than the answer may take, until the process is ended
 _SECONDS_TO_END = 0.5  # so long after it has closed its socket
 _LONGEST_REPLY = 2**26  # bytes
@@ -114,7 +114,7 @@ class AnsweringProcess:
             self._asked.cancel()
 
     def _ask_to(self, child: Optional[_Child]) -> None:
-        """Sets the process that computes an answer, and pauses it if that is wanted."""
+        """Sets the process that computes an answer, and pauses it if requested."""
         with self._rest_lock:
             if self._asked is not None and self._rests:
                 self._asked.rest(False)
@@ -175,7 +175,7 @@ class AnsweringProcess:
         return self._ask(task)
 
     def _give_up(self, child: Optional[_Child], err: Exception, task: QuestionTask) -> WhyReply:
-        """Ends a process that does not answer as it should."""
+        """Ends a process that answers wrongly."""
         if child is not None and not child.is_late:
             child.end(_SECONDS_TO_END)
         with self._lock:
@@ -233,11 +233,11 @@ class _Child:
         self.process.kill()
 
     def ask(self, message: Optional[bytes], seconds: float) -> bytes:
-        """Sends a message, if there is one, and returns the next one that comes.
+        """Sends a message, if there is one, and returns the next one received.
 
         Raises:
             OSError: The process has ended, or was ended because it took too long.
-            EOFError: Likewise.
+            EOFError: The process has ended, or was ended because it took too long.
         """
         timer = threading.Timer(seconds, self._end_late)
         timer.daemon = True
@@ -259,7 +259,7 @@ class _Child:
         return self.process.poll() is not None
 
     def how(self) -> str:
-        """Returns words for how it has ended."""
+        """Returns words for the way in which it has ended."""
         status = self.process.returncode
         if status is not None and status < 0:
             return f" by {signal.Signals(-status).name}"

@@ -86,7 +86,7 @@ class Case:
         return self.copy.ask(self.query(facts, goals), best=facts == self.facts.all())
 
     def query(self, facts: FrozenSet[Fact], goals: Optional[FrozenSet[str]] = None) -> PlanQuery:
-        """Returns what a copy is asked for a plan with these facts."""
+        """Returns the query to a copy for a plan with these facts."""
         goals = self.goals(facts) if goals is None else goals
         return PlanQuery(atoms(facts) | self.facts.fixed, goals, self.demands)
 

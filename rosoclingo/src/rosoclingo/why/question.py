@@ -1,4 +1,4 @@
-"""A question as it is sent, to the node or to the process that answers it, and the reply.
+"""A question as it is sent, to the node or to the answering process, and the reply.
 
 >>> str(read("if", ["goal:visit(2)", "info:close(4)"]))
 'if goal:visit(2), info:close(4)'
@@ -47,7 +47,7 @@ class Question:
     """A question.
 
     Attributes:
-        kind: What is asked.
+        kind: The kind of the question.
         arguments: What it is asked about; for ``if``, one event or more.
     """
 
@@ -68,7 +68,7 @@ class Question:
         return Question(self.kind, tuple(goals.get(name, name) for name in self.arguments))
 
     def answer(self, explainer: Explainer) -> WhyAnswer:
-        """Dispatches the question to an explainer's method, and raises what that raises.
+        """Dispatches the question to an explainer's method, whose errors pass.
 
         What has happened needs no explainer: see :func:`.happened.happened`.
         """

@@ -20,7 +20,7 @@ _TOGETHER = (
     (FactKind.FAILURE, FactKind.ACTION), (FactKind.RULE,),
 )  # fmt: skip
 _BUDGET = 0.1  # of the time that is left, for looking whether there is a smaller set
-_ENABLING = 0.3  # likewise, for looking which facts make plans possible
+_ENABLING = 0.3  # of the time that is left, for the search for enabling facts
 _MOST_ENABLING = 2  # facts, if each set of them is tried
 
 
@@ -44,7 +44,7 @@ class MinimalReason:
 
     Attributes:
         members: These facts. None: there is no plan without all that was told, either.
-        given: What is taken as given: what was done before, and what that rests on.
+        given: The given facts: actions done before, and their preconditions.
         enabling: The facts that are taken as given because without them, there is no plan either.
         is_absolute: Whether only goals are members, and there is no plan for them with any set of
             facts of those that were told.
@@ -58,7 +58,7 @@ class MinimalReason:
         is_smallest: Whether no smaller set is a reason, as far as facts only ever prevent plans.
         is_complete: Whether there was time to look whether each member is needed.
         obstacles: If only goals are members: sentences that say what cannot be reached.
-        doubts: Likewise, what may be wrong with the encoding, if nothing is known for sure.
+        doubts: Sentences about what may be wrong with the encoding, if nothing is certain.
     """
 
     members: Tuple[ReasonMember, ...]
@@ -76,7 +76,7 @@ class MinimalReason:
 
     @property
     def is_finished(self) -> bool:
-        """Whether there was time for all of it."""
+        """Whether the search was complete."""
         return self.is_complete and self.is_examined
 
     @property
@@ -108,7 +108,7 @@ class ReasonSearch:
             ask: Says whether there is a plan with some facts alone.
             facts: All facts; with all of them the answer is the wrong one.
             deadline: When to end. The first sets that are found are larger than need be.
-            wrong: What is to be explained.
+            wrong: The answer to be explained.
             ask_any: Says whether there is a plan with some facts, and any of some others; None if
                 that is not known, so that each set has to be tried.
         """
@@ -122,7 +122,7 @@ class ReasonSearch:
         self._best: FrozenSet[Fact] = facts.all()  # with which the answer is still the wrong one
 
     def run(self) -> MinimalReason:
-        """Returns a reason; it is not complete if there was no time."""
+        """Returns a reason, which is incomplete if the time was over."""
         enabling: FrozenSet[Fact] = frozenset()
         is_absolute = False
         try:
@@ -169,7 +169,7 @@ class ReasonSearch:
         return self._known[facts]
 
     def _is_wrong(self, facts: Iterable[Fact]) -> bool:
-        """Whether some facts alone, with those that are given, have the answer to be explained."""
+        """Whether some facts alone, with the given ones, have the answer to be explained."""
         facts = frozenset(facts) | self._given
         wrong = self._verdict(facts).answer is self._wrong
         if wrong and len(facts) < len(self._best):

@@ -21,7 +21,7 @@ from rosoclingo.why.reason import Ask, MinimalReason, ReasonSearch
 from rosoclingo.why.rules import Rules
 
 _SINGLES = 0.5  # of the time that is left, for relaxing one rule at a time
-_ALL_STEPS = 0.3  # likewise, for proving that a set suffices for all steps
+_ALL_STEPS = 0.3  # of the time that is left, for proving a set for all steps
 
 
 class Relaxation:
@@ -33,7 +33,7 @@ class Relaxation:
         Args:
             copy: The copy, which ends when its deadline is over.
             rules: The constraints that can be relaxed.
-            query: What is asked if nothing is relaxed.
+            query: The query if nothing is relaxed.
             wrong: The answer to that.
         """
         self._copy = copy
@@ -136,7 +136,7 @@ class Relaxation:
     def _search(
         self, ask: Ask, rules: FrozenSet[Fact], wrong: CopyAnswer
     ) -> Tuple[FrozenSet[Fact], bool]:
-        """Returns the fewest rules with which the answer is still the wrong one, and if they are.
+        """Returns the fewest rules that still have the answer to be explained, and if they are.
 
         If there is no time, they are more than that.
         """

@@ -78,12 +78,12 @@ NO_RULES = Rules()
 
 
 def is_relaxed(atom: str) -> bool:
-    """Tells if an atom is one that relaxes a constraint."""
+    """Whether an atom relaxes a constraint."""
     return atom.startswith(_RELAXED)
 
 
 def relaxable(program: Program) -> Program:
-    """Returns a program with constraints that hold unless they are relaxed, by an external each."""
+    """Returns a program in which an external for each constraint can relax it."""
     guards = {id(statement): _relaxed(key) for statement, key, _ in _constraints(program)}
     if not guards:
         return program
@@ -102,7 +102,7 @@ def _relaxed(key: int) -> str:
 
 
 def _constraints(program: Program) -> List[Tuple[ast.AST, int, str]]:
-    """Returns each constraint that can be relaxed, the number of its rule, and its name."""
+    """Returns each relaxable constraint, the number of its rule, and its name."""
     lines = _lines(program)
     keys: Dict[str, int] = {}
     found = []
@@ -130,7 +130,7 @@ def _is_constraint(statement: ast.AST) -> bool:
 
 
 def _keeps(constraint: ast.AST) -> bool:
-    """Tells if a constraint asks for a plan, or keeps committed actions."""
+    """Whether a constraint demands a plan, or keeps committed actions."""
     for term in atom_terms(constraint.body):
         if term.ast_type is ast.ASTType.Function:
             words = [str(argument) for argument in term.arguments]

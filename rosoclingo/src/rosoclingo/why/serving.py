@@ -1,7 +1,7 @@
 """The worker process that answers questions: ``python -m rosoclingo.why.serving FD NICE``.
 
 It gives way to everything else on the machine, so that nothing waits for it: by the nice value 19,
-it gets the time that nobody wants, and it is the first to be ended if memory is short. It ends with
+it gets idle time only, and it is the first to be ended if memory is short. It ends with
 the process that has started it, however that ends. Both speak through a socket, whose number is FD:
 a pickled :class:`.task.QuestionTask` comes, and a :class:`.question.WhyReply` goes as JSON.
 """
@@ -49,7 +49,7 @@ def main() -> NoReturn:
 
 
 def never_rest_alone() -> None:
-    """Resumes this process when its parent ends while it is paused, so that it ends, too."""
+    """Resumes this process if its parent ends while it is paused, so that it ends, too."""
     with contextlib.suppress(OSError, AttributeError):  # another system than Linux
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGCONT)
 

@@ -40,7 +40,7 @@ class Encoding:
 
 @dataclass(frozen=True)
 class QuestionTask:
-    """All that is needed to answer a question.
+    """The input of the answering process: everything needed for an answer.
 
     Attributes:
         encoding: What the planner was started with.

@@ -20,7 +20,7 @@ _ALL_NEEDED = " There was no time to look whether all of {} needed."
 
 
 def no_plan(answer: WhyNoPlan, last: int, phrases: Phrases, goal: str = "") -> WhyNoPlan:
-    """Adds the sentences.
+    """Adds the sentences about a missing plan.
 
     Args:
         answer: What was found.
@@ -109,7 +109,7 @@ def _given(reason: MinimalReason) -> str:
 
 
 def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
-    """Adds the sentences."""
+    """Adds the sentences about a goal."""
     sentences = []
     if answer.no_plan is not None and answer.no_plan.text:
         sentences.append(answer.no_plan.text)
@@ -160,7 +160,7 @@ def queued(request: str, situation: Situation, phrases: Phrases, slots: int) -> 
 def contrast(
     answer: Contrast, phrases: Phrases, requests: Mapping[str, str] = MappingProxyType({})
 ) -> Contrast:
-    """Adds the sentences.
+    """Adds the sentences of a contrastive explanation.
 
     Args:
         answer: What was found.
@@ -219,7 +219,7 @@ def planned_like(plan: Optional[Possible], action: str) -> str:
 
 
 def what_if(answer: WhatIf) -> WhatIf:
-    """Adds the sentences."""
+    """Adds the sentences of a counterfactual."""
     if answer.plan is None:
         text = answer.no_plan.text if answer.no_plan else "There would be no plan."
         return replace(answer, text=text.replace("There is no", "There would be no", 1))
@@ -235,7 +235,7 @@ def a_plan(plan: Optional[Possible]) -> str:
 
 
 def steps(plan: Optional[Possible]) -> str:
-    """Returns how many steps a plan takes."""
+    """Returns the length of a plan in words."""
     number = plan.steps if plan is not None else 0
     return f"{number} step{'' if number == 1 else 's'}"
 

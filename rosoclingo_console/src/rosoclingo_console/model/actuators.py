@@ -37,7 +37,7 @@ class ActionBar:
     Attributes:
         number: Counts the actions.
         began: When it was published, in seconds of wall time.
-        ended: When it was answered, likewise; None while it is not.
+        ended: When it was answered, by the same clock; None while it is not.
         answer: The answer; empty if another action came before it.
     """
 
@@ -286,7 +286,7 @@ class ActuatorTable:
         return row
 
     def _rejected(self, name: str) -> str:
-        """Returns what was rejected of an actuator, and what it is to do instead, in words."""
+        """Returns the rejected action of an actuator, and the planned one instead, in words."""
         rows = [(what, instead) for who, what, instead in self.decisions.rejected if who == name]
         planned = [(what, "".join(split_term(instead)[1][1:2])) for what, instead in rows]
         return ", ".join(f"{what} was rejected, planned: {then or '-'}" for what, then in planned)
@@ -309,7 +309,7 @@ class ActuatorTable:
 
 
 def _left_out_after(answers: Sequence[str]) -> FrozenSet[str]:
-    """Returns after which answers an actuator is left out, of those that an encoding declares."""
+    """Returns the answers that make planning leave an actuator out, of those that are declared."""
     found = {one for one in (UNKNOWN, TIMEOUT) if one in answers}
     if UNKNOWN in answers and LOST not in answers:  # as which it is told
         found.add(LOST)

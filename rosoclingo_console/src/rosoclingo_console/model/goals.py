@@ -14,7 +14,7 @@ from rosoclingo_console.model.board import Row
 
 _MOST_EARLY = 16  # goals of which something is heard before they are, and lines of each
 _MOST_WAITING = 200  # goals without a slot that are shown
-_MOST_ENDED = 50  # likewise, goals that have ended
+_MOST_ENDED = 50  # goals that have ended, of those that are shown
 _QUEUED = re.compile(r"queued (\d{1,9})")
 _WHY = "why: "
 _LATE = "late by "
@@ -57,12 +57,12 @@ class GoalRow:
         information: What came with it.
         came: When it was taken, in seconds of wall time; None if that was before the journal's
             beginning.
-        ended: When it has ended, likewise; None while it is open.
+        ended: When it has ended, by the same clock; None while it is open.
         status: Its status.
         slot: The planner's id for it; empty while it waits for one.
         reason: Why it has ended so.
         place: Its place in the queue, from 1; 0 if it has none, or if that is not known.
-        canceling: Whether somebody wants it cancelled.
+        canceling: Whether its cancellation was requested.
         line: The last line of feedback that is none of the others.
         why: Why it waits or has no plan; until that is known, that it does.
         unexplained: Why the last search for that reason has found none; empty if none has ended so.

@@ -42,7 +42,7 @@ class MessageTable:
 
     def __init__(self) -> None:
         self._fates: Dict[Tuple[str, str], MessageFate] = {}  # by source and value, in order
-        self._open: Dict[Tuple[str, str], None] = {}  # those of which nothing is known, likewise
+        self._open: Dict[Tuple[str, str], None] = {}  # those without an outcome, by the same keys
         self.last_dropped: Optional[Row] = None
 
     def arrive(self, number: int, source: str, value: str) -> None:

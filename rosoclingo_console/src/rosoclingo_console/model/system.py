@@ -26,7 +26,7 @@ from rosoclingo_console.model.sentences import tell
 from rosoclingo_console.model.values import PlanAhead
 
 _MOST_LINES = 300  # of the journal
-_MOST_NEW_LINES = 50  # likewise, in one message to a page: nobody reads more
+_MOST_NEW_LINES = 50  # in one message to a page
 _MOST_PLANNED = 300  # actions
 _MOST_HOLDS = 100  # times in which an operator held something
 _MOST_KNOWN = 2000  # requests, and messages, that are offered
@@ -179,7 +179,7 @@ class SystemModel:
         self._holds.add(time, decisions)
 
     def set_quality(self, quality: str) -> None:
-        """Takes what the plan costs, in words."""
+        """Sets the plan's cost, in words."""
         self._quality = quality
 
     def set_encoding(self, encoding: KnownEncoding) -> None:

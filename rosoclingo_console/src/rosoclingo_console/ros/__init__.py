@@ -1,1 +1,1 @@
-"""The console as a node: hears systems, and calls their services."""
+"""The console as a node: subscribes to systems, and calls their services."""

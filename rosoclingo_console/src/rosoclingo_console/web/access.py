@@ -36,7 +36,7 @@ class Access:
     Attributes:
         token: Who knows it may act.
         sees_all: Whether everybody who gets here may see, since only this machine does.
-        read_only: Whether nobody may act.
+        read_only: Whether operators may only look.
         hosts: Names under which this server may be asked, in small letters, besides ``localhost``
             and addresses. A page of a stranger's, whose name leads here, comes under another one.
     """
@@ -83,7 +83,7 @@ def names_of_this_machine() -> FrozenSet[str]:
 
 
 def new_token() -> str:
-    """Returns a token that nobody can guess."""
+    """Returns a random token that cannot be guessed."""
     return secrets.token_urlsafe(_TOKEN_BYTES)
 
 

@@ -123,7 +123,7 @@ class Hub:
                 one.send(text)
 
     def subscribe(self, subscriber: Subscriber) -> None:
-        """Has somebody told of all that there is, and then of what changes."""
+        """Subscribes a page: to the present state, and then to changes."""
         for name, model in self.models.items():
             subscriber.send(encode({"system": name, **model.snapshot()}))
         subscriber.send(encode({"beat": self._clock()}))
@@ -143,7 +143,7 @@ class Hub:
         return self.models[system].goals.fate(identifier)
 
     def message_fate(self, system: str, source: str, value: str) -> Optional[MessageFate]:
-        """Returns what has become of a message to a system, likewise. Thread-safe."""
+        """Returns the outcome of a message to a system. Thread-safe."""
         return self.models[system].messages.fate(source, value)
 
     def samples(self) -> Dict[str, List[Sample]]:

@@ -81,7 +81,7 @@ class Operations:
         return self.refusal
 
     def about(self) -> Optional[Mapping[str, Any]]:
-        """Returns what pages are told of a recording; None if it is none."""
+        """Returns the data of a recording for pages; None if it is none."""
         return None
 
 

@@ -43,7 +43,7 @@ class WebThread:
             hub: What is shown.
             server: Handles requests.
             address: Where to listen: an address or a name of this machine.
-            port: Likewise; 0 for any that is free.
+            port: Where to listen: the port; 0 for any that is free.
             begin: Called once in the server's thread, when its event loop runs.
 
         Raises:

@@ -43,7 +43,7 @@ HEADERS: Mapping[str, str] = {
     "X-Frame-Options": "DENY",
     "Cache-Control": "no-store",
 }
-"""Headers of each response: only our scripts run, and nobody else shows or keeps anything."""
+"""Headers of each response: only our scripts run, and no other site frames or caches it."""
 
 _LOG = logging.getLogger(__name__)
 _Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
@@ -54,7 +54,7 @@ class Server:
 
     Attributes:
         asked: Called with aiohttp's protocol of the connection by which a request has come.
-        answered: Likewise, when the request was handled.
+        answered: Called with that protocol when the request was handled.
         trusted: The same, once the token has come.
     """
 

@@ -39,7 +39,7 @@ class RequestClient:
         self._orders = orders
         self._say = say
         self._action = LowLatencyActionClient(self.name, ROSoClingoAction)
-        self._sent: List[GoalHandle] = []  # actionlib forgets a goal that nobody holds
+        self._sent: List[GoalHandle] = []  # actionlib forgets a goal without a reference
         self._lock = threading.Lock()  # guards the one below; no other is taken under it
         self._arrived: Dict[int, ClientGoalHandle] = {}
         threading.Thread(target=self._send_again, name="send again", daemon=True).start()

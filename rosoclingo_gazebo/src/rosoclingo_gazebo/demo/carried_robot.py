@@ -1,4 +1,4 @@
-"""The demo of a robot that somebody carries elsewhere, and that finds out."""
+"""The demo of a robot that is carried elsewhere, and has to find that out."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _BEGIN, _END = "c2", "c5"
 
 
 class CarriedRobot(DemoStory):
-    """A robot with a package is carried from c2 to c5, of which nobody is told. Thread-safe.
+    """A robot with a package is carried from c2 to c5, without an announcement. Thread-safe.
 
     Around c5, much is as around c2: so it drives on, until a drive fails. It looks around, believes
     that it was carried, and delivers the package.

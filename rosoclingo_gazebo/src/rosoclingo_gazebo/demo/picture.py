@@ -142,7 +142,7 @@ def _shifted(path: Sequence[TracePoint], number: int) -> np.ndarray:
 
 def _label(figure: Any, axes: Any, events: Sequence[DriveEvent], names: Sequence[Any]) -> None:
     """Writes time and event next to each mark."""
-    figure.draw_without_rendering()  # until then nobody knows where anything is
+    figure.draw_without_rendering()  # before that, positions are unknown
     texts = [f"{event.seconds:.0f} s: {event.text}" for event in events]
     pixels = figure.dpi / 72  # in a point
     sizes = []

@@ -27,7 +27,7 @@ class DemoStory:
     A subclass says what is asked for and when.
 
     Attributes:
-        obstacle: The command for an obstacle in the simulator of which nobody is told; empty for
+        obstacle: The command for an unannounced obstacle in the simulator; empty for
             none.
         title: What a picture of the drive is about.
         trace: The drive.

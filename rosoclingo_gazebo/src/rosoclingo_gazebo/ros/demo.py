@@ -1,8 +1,8 @@
 """Tells the third scenario against a running system, and draws it.
 
-An obstacle is put between c5 and c4, of which nobody is told. With _story:=carried, it is the story
-of a robot that is carried from c2 to c5, of which nobody is told, and finds that out. The exit
-status is 0 if the deliveries are made.
+An unannounced obstacle is put between c5 and c4. With _story:=carried, it is the story of a robot
+that is carried from c2 to c5 without an announcement, and finds that out. The exit status is 0 if
+the deliveries are made.
 """
 
 from __future__ import annotations

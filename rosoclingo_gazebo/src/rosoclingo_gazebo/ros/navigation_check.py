@@ -23,7 +23,7 @@ LOCALISATION = ("map_server", "amcl")
 """Packages with a node of the same name, which say where the robot is."""
 
 NAVIGATION = ("move_base",)
-"""Likewise, which drives it."""
+"""Packages with a node of the same name, which drive the robot."""
 
 _COSTMAP = "costmap_2d"  # whose layers the configuration names
 _PLANNERS = ("base_global_planner", "base_local_planner")  # of move_base, such as navfn/NavfnROS

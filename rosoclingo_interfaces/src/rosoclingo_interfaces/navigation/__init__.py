@@ -1,1 +1,1 @@
-"""The ways of a robot that drives: waypoints, cross-track error, and what ends a drive."""
+"""Navigation of a robot that drives: waypoints, cross-track error, and watchdogs of drives."""

@@ -1,4 +1,4 @@
-"""Chooses the waypoint to which a robot goes that has looked around. Needs no ROS.
+"""Chooses the waypoint to return to after a look around. Needs no ROS.
 
 >>> from rosoclingo_interfaces.navigation.waypoints import Waypoint
 >>> places = {"a": Waypoint(0, 0, 0), "b": Waypoint(9, 0, 0), "c": Waypoint(9, 9, 0)}
@@ -24,7 +24,7 @@ STRAY_METRES = 4.0
 
 
 class ReturnPlace(NamedTuple):
-    """A waypoint, and why.
+    """A waypoint to return to, and the one that was missed.
 
     Attributes:
         name: Of the waypoint.
@@ -43,7 +43,7 @@ def choose(
     last: Optional[str],
     missed: Optional[str],
 ) -> ReturnPlace:
-    """Returns where to go: back where the last drive began, or to the nearest waypoint.
+    """Returns the start of the last drive, or else the nearest waypoint.
 
     Args:
         places: The waypoints.
@@ -61,5 +61,5 @@ def choose(
 
 
 def to_point(waypoint: Waypoint) -> PathPoint:
-    """Returns where a waypoint is, in metres."""
+    """Returns a waypoint's position, in metres."""
     return waypoint.x, waypoint.y

@@ -22,7 +22,7 @@ class DriveTimeLimit:
     speed: float
 
     def seconds(self, metres: float) -> float:
-        """Returns how long a drive of some length may take, in seconds."""
+        """Returns the time limit of a drive with some length, in seconds."""
         return self.base + metres / self.speed
 
 
@@ -51,7 +51,7 @@ class DriveWatch:
         self._begin = self.clock()
 
     def moved(self, position: PathPoint) -> None:
-        """The robot is at a position.
+        """Checks the cross-track error at a position.
 
         Raises:
             DriveError: It is too far off its way.
@@ -67,7 +67,7 @@ class DriveWatch:
             )
 
     def check(self) -> None:
-        """Looks at the time.
+        """Checks the time limit.
 
         Raises:
             DriveError: The drive has taken too long.

@@ -20,7 +20,7 @@ _COORDINATES = ("x", "y", "theta")
 
 @dataclass(frozen=True)
 class Waypoint:
-    """A place on the map, and where to look there.
+    """A place on the map, and the heading there.
 
     Attributes:
         x: In metres.
@@ -33,7 +33,7 @@ class Waypoint:
     theta: float
 
     def distance(self, other: Waypoint) -> float:
-        """Returns how far two places are apart, in metres."""
+        """Returns the distance between two waypoints, in metres."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
 

@@ -1,1 +1,1 @@
-"""Observers: conditions on the messages of any topic, and the terms that are told of them."""
+"""Observers: conditions on the messages of any topic, and the terms that announce them."""

@@ -24,8 +24,8 @@ from rosoclingo_interfaces.observation.transforms import TransformTree, plain, t
 SCAN, GRID = "sensor_msgs/LaserScan", "nav_msgs/OccupancyGrid"
 
 _CELL = 0.05  # metres
-_AHEAD = 0.05  # a beam has seen free what is so many metres nearer than its end
-_FARTHEST = 1000.0  # metres; what is farther away is on no way
+_AHEAD = 0.05  # metres before its end up to which a beam shows free space
+_FARTHEST = 1000.0  # metres; no way is farther away
 _WIDEST = 4 * math.pi  # radians; no scanner begins with a greater angle
 Cells = Any  # arrays of NumPy's, by the cells' rows along the way
 
@@ -62,7 +62,7 @@ class ClosedWay:
             raise ObservationError(f"closed needs a topic of {SCAN} or {GRID}, not {message}")
 
     def read(self, message: Any, before: Reading) -> Reading:
-        """Returns whether it is closed.
+        """Whether the way is closed.
 
         Raises:
             ReadingError: The message makes no sense, or it is not known where it is from.
@@ -99,7 +99,7 @@ class ClosedWay:
     def _look_at_scan(
         self, scan: Any, to_sensor: Any, shape: Tuple[int, int]
     ) -> Tuple[Cells, Cells]:
-        """Returns which cells have something in them, and which a beam has gone through."""
+        """Returns the cells with an obstacle, and the cells that a beam has passed."""
         first, step, least, most = (
             float(one)
             for one in (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max)
@@ -129,7 +129,7 @@ class ClosedWay:
     def _look_at_grid(
         self, grid: Any, to_sensor: Any, shape: Tuple[int, int]
     ) -> Tuple[Cells, Cells]:
-        """Returns which cells are occupied in a costmap, and which are known in it."""
+        """Returns the occupied cells of a costmap, and its known cells."""
         info = grid.info
         size, width, height = float(info.resolution), int(info.width), int(info.height)
         if not math.isfinite(size) or size <= 0 or width * height != len(grid.data):
@@ -147,7 +147,7 @@ class ClosedWay:
 
 
 def _positions(to_sensor: Any, shape: Tuple[int, int]) -> Tuple[Cells, Cells]:
-    """Returns where the cells' centres are in the sensor's frame, x and y in metres."""
+    """Returns the positions of the cells' centres in the sensor's frame, x and y in metres."""
     row, column = np.indices(shape)
     x = to_sensor[0, 0] * row + to_sensor[0, 1] * column + to_sensor[0, 3]
     y = to_sensor[1, 0] * row + to_sensor[1, 1] * column + to_sensor[1, 3]
@@ -155,6 +155,6 @@ def _positions(to_sensor: Any, shape: Tuple[int, int]) -> Tuple[Cells, Cells]:
 
 
 def _has_path(free: Cells) -> bool:
-    """Returns whether free cells lead from the first row to the last."""
+    """Whether free cells lead from the first row to the last."""
     areas, _ = ndimage.label(free)
     return bool(np.intersect1d(areas[0][areas[0] > 0], areas[-1]).size)

@@ -24,7 +24,7 @@ _ARRAY = re.compile(r"(.*)\[(\d*)\]")
 
 @dataclass(frozen=True)
 class FieldPath:
-    """The way from a message to one of its fields, or to all entries of a list in it.
+    """The path from a message to one of its fields, or to all entries of a list in it.
 
     Attributes:
         text: As the user has written it; empty for the message itself.

@@ -1,4 +1,4 @@
-"""Tells terms when a condition on the messages of a topic begins or ends to hold. Needs no ROS."""
+"""Announces terms when a condition on a topic's messages begins or ends to hold. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Observer:
             self.teller.read(self.condition.read(message, self.teller.reading), now)
 
     def tick(self, now: float) -> Optional[str]:
-        """Returns the term that is to be told now, if there is one.
+        """Returns the term that is due to be announced, if there is one.
 
         Raises:
             TermError: A waypoint's name makes no term.

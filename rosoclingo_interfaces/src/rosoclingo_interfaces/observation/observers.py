@@ -1,4 +1,4 @@
-"""Reads a file of observers, and makes them. Needs no ROS.
+"""Reads the observers of a file. Needs no ROS.
 
 The package's README has the keys, section "observe.py".
 """

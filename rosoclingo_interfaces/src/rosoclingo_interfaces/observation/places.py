@@ -19,12 +19,12 @@ POSE_FIELDS: Mapping[str, str] = {
     "geometry_msgs/PoseWithCovarianceStamped": "pose.pose",
     "nav_msgs/Odometry": "pose.pose",
 }
-"""Where the pose is, by the types of messages of which nobody has to say it."""
+"""The default field of the pose, by types of messages."""
 
 
 @dataclass(frozen=True)
 class NearestWaypoint:
-    """Holds if a robot is at a waypoint, and says at which.
+    """Holds if a robot is at a waypoint, and names it.
 
     Attributes:
         waypoints: Those that there are.
@@ -61,7 +61,7 @@ class NearestWaypoint:
                 )
 
     def read(self, message: Any, before: Reading) -> Reading:
-        """Returns the waypoint where the robot is.
+        """Returns the waypoint at which the robot is.
 
         Args:
             message: With the pose; None to take that from the transforms.

@@ -1,4 +1,4 @@
-"""Debounce and rate limit of an observer: when a change is told. Needs no ROS."""
+"""Debounce and rate limit of an observer's announcements. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rosoclingo_interfaces.observation.term_template import TermTemplate
 
 
 class Teller:
-    """Tells each change of what is read once, when it has lasted, and not too often.
+    """Announces each lasting change of a reading once, with a rate limit.
 
     Times are seconds of one clock, which may begin anew.
 
@@ -41,12 +41,12 @@ class Teller:
         self._told_at = -math.inf
 
     def read(self, reading: Reading, now: float) -> None:
-        """Takes what was read."""
+        """Takes a reading."""
         if reading != self.reading:
             self.reading, self._since = reading, now
 
     def due(self, now: float) -> Optional[str]:
-        """Returns the term that is to be told now, once; None if there is none.
+        """Returns the term that is due to be announced, once; None if there is none.
 
         Raises:
             TermError: The waypoint's name makes no term of the template.

@@ -1,4 +1,4 @@
-"""Terms that observers tell, with the variable ``W`` for a waypoint. Needs no ROS.
+"""Templates of announced terms, with the variable ``W`` for a waypoint. Needs no ROS.
 
 >>> TermTemplate.parse("at(mailbot,W)", has_waypoint=True).fill("c3")
 'at(mailbot,c3)'
@@ -21,7 +21,7 @@ _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|_*[A-Za-z]\w*')
 
 @dataclass(frozen=True)
 class TermTemplate:
-    """A term, maybe with a variable.
+    """A term, possibly with a variable.
 
     Attributes:
         text: In clingo's syntax.
@@ -59,7 +59,7 @@ class TermTemplate:
         return template
 
     def fill(self, waypoint: str) -> str:
-        """Returns the term of a waypoint, which no other template needs, as clingo prints it.
+        """Returns the term with a waypoint in the place of ``W``, as clingo prints it.
 
         Raises:
             TermError: It is no term.

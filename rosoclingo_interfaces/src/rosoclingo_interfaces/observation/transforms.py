@@ -1,4 +1,4 @@
-"""Transforms between frames, as ``/tf`` and ``/tf_static`` tell them. Needs no ROS.
+"""Transforms between frames, from ``/tf`` and ``/tf_static``. Needs no ROS.
 
 >>> from types import SimpleNamespace
 >>> robot = SimpleNamespace(
@@ -64,14 +64,14 @@ class TransformTree:
         self.changes += 1
 
     def find(self, target: str, source: str) -> Transform:
-        """Returns the matrix that takes coordinates of one frame to another.
+        """Returns the matrix that transforms coordinates of one frame into another.
 
         Args:
             target: The frame of the result, such as ``map``.
             source: The frame of the coordinates, such as ``base_link``.
 
         Raises:
-            ReadingError: Nobody has told enough.
+            ReadingError: A transform between the frames is missing.
         """
         target, source = plain(target), plain(source)
         to_target = dict(self._chain(target))
@@ -94,7 +94,7 @@ class TransformTree:
 
 
 def plain(frame: str) -> str:
-    """Returns a frame's name without the slash in front that old nodes write."""
+    """Strips the leading slash that old nodes write before a frame's name."""
     return frame[1:] if frame.startswith("/") else frame
 
 

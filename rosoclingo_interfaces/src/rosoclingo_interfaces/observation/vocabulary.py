@@ -1,4 +1,4 @@
-"""Compares the terms that observers tell with the messages that an encoding knows. Needs no ROS."""
+"""Checks observers' terms against the messages that an encoding declares. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SHOWN = 3  # terms of one observer
 
 
 def unknown_terms(observers: Iterable[Observer], messages: Collection[str]) -> Iterator[str]:
-    """Yields a warning for each observer that tells what an encoding does not know.
+    """Yields a warning for each observer with a term that an encoding does not declare.
 
     Args:
         observers: All of them.

@@ -1,4 +1,4 @@
-"""Reads mappings of YAML such that each error names file and line. Needs no ROS."""
+"""YAML mappings whose errors name file and line. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class YamlEntry:
         return int(self.node.start_mark.line) + 1
 
     def wrong(self, reason: object, key: str = "") -> ObservationError:
-        """Returns the error that says why a key's value, or all of this, is wrong."""
+        """Returns the error about a key's value, or about the whole mapping."""
         return self._wrong_at(self._nodes[key][0] if key in self._nodes else self.node, reason)
 
     def __contains__(self, key: str) -> bool:

@@ -1,1 +1,1 @@
-"""Nodes that do actions or announce blocked paths, their topics, and a client of move_base."""
+"""ROS nodes that execute actions or announce blocked paths, and a client of move_base."""

@@ -1,4 +1,4 @@
-"""Warns while the clock of ROS stands still, and says why it does."""
+"""Warns while ROS's clock stands still, with the reason."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from rosclingo.ros.init import on_shutdown
 from rosoclingo_interfaces.ros.topics import publishers
 from rosoclingo_interfaces.watchdog import SILENCE_SECONDS, Watchdog
 
-_POLL_SECONDS = 0.5  # how often it is looked at, in wall time
-_REMINDER_SECONDS = 10.0  # how often it is said that it stands still, likewise
+_POLL_SECONDS = 0.5  # how often the clock is read, in wall time
+_REMINDER_SECONDS = 10.0  # how often the warning is repeated, in wall time
 
 
 def watch(waits: Callable[[], bool]) -> None:
-    """Warns, from now on, while something waits and the clock of ROS stands still.
+    """Starts to warn when something waits and the clock of ROS stands still.
 
     Make the node first. If ROS's clock is the wall clock, there is nothing to watch.
 
@@ -28,7 +28,7 @@ def watch(waits: Callable[[], bool]) -> None:
 
 
 def reason() -> str:
-    """Returns why the clock stands still, as far as that is known, and what to do."""
+    """Returns why the clock stands still, as far as known, and the remedy."""
     nodes = publishers(rospy.resolve_name("/clock"))
     if nodes:
         return (

@@ -1,4 +1,4 @@
-"""The faults of an interface's node, by its parameter ~faults."""
+"""Faults of an interface's node, from its parameter ``~faults``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _DEATHS = "~deaths"  # outlives the process
 def faulty_perform(
     interface: ActionInterface, seconds: Clock
 ) -> Optional[Callable[[clingo.Symbol], ActuatorAnswer]]:
-    """Returns the function that does an interface's actions with the faults of ``~faults``.
+    """Returns the function that executes an interface's actions with injected faults.
 
     Args:
         interface: Does the actions.

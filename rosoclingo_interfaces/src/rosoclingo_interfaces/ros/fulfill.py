@@ -1,4 +1,4 @@
-"""Answers the actions of all actuators, as parameters say: a robot that does nothing."""
+"""Answers the actions of all actuators, as parameters say: a dummy robot."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ class Fulfill(ActionInterface):
         )
 
     def knows(self, action: clingo.Symbol) -> bool:
-        """Whether the action is one to answer; the others are another node's."""
+        """Whether this node answers an action; the others are another node's."""
         return self._actions.search(str(action)) is not None
 
     def outcome_after_crash(self, action: clingo.Symbol) -> str:
-        """Nothing is done, so that it may be done again."""
+        """Returns that an action may be repeated, since it has no effect."""
         return AGAIN
 
     def perform(self, action: clingo.Symbol) -> ActuatorAnswer:
         """Waits for the delay and answers; or waits for ever."""
-        # One actuator's actions come one after the other, so that nobody else uses its entries.
+        # An actuator's actions come one after the other, so no other thread uses its entries.
         answer = self._answers.next(self.actuator, str(action))
         if answer is None:
             rospy.loginfo("%s is not answered, as ~no_answer or ~sequence says", self.execution)

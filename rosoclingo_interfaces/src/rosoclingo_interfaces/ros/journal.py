@@ -55,7 +55,7 @@ class JournalReader:
         return list(self._events)
 
     def close(self) -> None:
-        """Listens no longer."""
+        """Unsubscribes."""
         self._subscriber.unregister()
 
     def _on_event(self, message: ROSoClingoEvent) -> None:

@@ -1,4 +1,4 @@
-"""Calls services that may never answer."""
+"""Service calls with a time limit."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import rospy
 
 
 def call_within(service: rospy.ServiceProxy, seconds: float) -> Optional[str]:
-    """Calls a service without arguments, and waits for a limited time.
+    """Calls a service without arguments, with a time limit.
 
     A call itself has no time limit, and a server that hangs accepts it like any other.
 
     Args:
-        service: Has no arguments, and a result that nobody needs.
+        service: Has no arguments, and a result that is ignored.
         seconds: Longest time to wait, of wall time.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Senses of a robot that looks around: where it is on the map, and what is in its way."""
+"""Perception of a robot that looks around: its pose on the map, and obstacles on its way."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Lookout:
             one.unregister()
 
     def wait_for_estimate(self, execution: ActionExecution) -> PathPoint:
-        """Returns where the localisation believes the robot to be, in metres.
+        """Returns the estimated pose's position, in metres.
 
         Raises:
             CanceledError: The action is to stop.
@@ -95,7 +95,7 @@ class Lookout:
         return _position(self._estimate)
 
     def find_itself(self, execution: ActionExecution) -> PathPoint:
-        """Localises the robot anew, wherever it may be: it turns until its localisation is sure.
+        """Localises the robot anew, wherever it may be: turns until the localisation is sure.
 
         Without the service ``global_localization``, what the localisation believes counts.
 
@@ -129,7 +129,7 @@ class Lookout:
     def is_closed(
         self, here: PathPoint, goal: PathPoint, execution: ActionExecution
     ) -> Optional[bool]:
-        """Looks whether the straight way from the robot to a place is closed.
+        """Whether the straight way from the robot to a place is closed, by its laser.
 
         Args:
             here: Where the robot is, in metres.
@@ -176,7 +176,7 @@ class Lookout:
         return _UNKNOWN
 
     def _face(self, here: PathPoint, goal: PathPoint, execution: ActionExecution) -> bool:
-        """Turns the laser to a place; returns whether it looks there."""
+        """Turns the laser to a place; returns whether it faces that."""
         end = execution.seconds + 2 * math.pi / self.turn_speed + _SECONDS_FOR_SCANS
         try:
             while execution.seconds < end:

@@ -1,4 +1,4 @@
-"""Types of messages: which one a topic has, and which fields a type has."""
+"""Message types: the type of a topic, and the fields of a type."""
 
 from __future__ import annotations
 

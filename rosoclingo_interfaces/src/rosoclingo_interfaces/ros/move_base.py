@@ -1,4 +1,4 @@
-"""The actions go and look of a robot that drives: move_base takes it to waypoints."""
+"""The actions go and look of a robot that drives with move_base."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 # Both in wall time.
 _POLL_SECONDS = 0.2  # how often it is seen whether a server is there again
-_SECONDS_TO_HEAR = 2.0  # for rosoclingo to say that it has heard what is announced
+_SECONDS_TO_HEAR = 2.0  # for rosoclingo to confirm an announcement
 _THERE_METRES = 0.5  # so near to a waypoint, it is there
 _ON_WAY_METRES = 0.75  # so near to a straight way, its laser sees along it
 
@@ -93,7 +93,7 @@ class MoveBase(ActionInterface):
         return True
 
     def look(self) -> bool:
-        """Finds out where the robot is, goes to a waypoint, and announces that it is there.
+        """Localises the robot, goes to a waypoint, and announces that it is there.
 
         If a drive has failed before, and the robot was not carried elsewhere meanwhile, it goes
         back to where that began, and announces whether the way is closed.
@@ -109,7 +109,7 @@ class MoveBase(ActionInterface):
             self._base.stop(execution.canceled)
             believed = lookout.wait_for_estimate(execution)
             here = lookout.find_itself(execution)
-            self._base.clear_costmaps()  # what is in them was seen from where it was not
+            self._base.clear_costmaps()  # they were filled for a wrong pose
             name, missed = choose(places, believed, here, self._last, self._missed)
             if name != self._last:
                 self._last = self._missed = None
@@ -133,7 +133,7 @@ class MoveBase(ActionInterface):
     def _tell(
         self, seen: Sequence[str], journal: JournalReader, execution: ActionExecution
     ) -> None:
-        """Announces what is seen, and waits until rosoclingo has it: the answer comes after that.
+        """Announces what it has seen, and waits until rosoclingo has it: the answer comes later.
 
         Answers and announcements are on two topics, between which there is no order.
 
@@ -150,7 +150,7 @@ class MoveBase(ActionInterface):
     def _is_closed(
         self, lookout: Lookout, here: PathPoint, missed: Optional[str], execution: ActionExecution
     ) -> Optional[bool]:
-        """Returns whether the way on which a drive has failed is closed; None if it is not seen."""
+        """Whether the way of a failed drive is closed; None if that is not seen."""
         if missed is None or self._last is None:
             return None
         places = self._waypoints.places
@@ -168,11 +168,11 @@ class MoveBase(ActionInterface):
         self._base.drive(self._waypoints.frame, place, watch, execution.canceled)
 
     def _patience(self, metres: float) -> float:
-        """Returns how long to wait for a server that is to drive, in seconds; 0 for ever."""
+        """Returns how long to wait for the server of a drive, in seconds; 0 for ever."""
         return self.timeout if self._limit is None else self._limit.seconds(metres)
 
     def _guess(self, place: Waypoint) -> float:
-        """Returns how long a drive is at most if the robot is at a waypoint, in metres."""
+        """Returns an upper bound of a drive's length, in metres, if the robot is at a waypoint."""
         places = self._waypoints.places
         begins = places.values() if self._last is None else [places[self._last]]
         return max(math.dist(to_point(begin), to_point(place)) for begin in begins)
@@ -204,7 +204,7 @@ class MoveBase(ActionInterface):
                 threading.Thread(target=self._announce, name="blamed ways", daemon=True).start()
 
     def _announce(self) -> None:
-        """Announces all blamed ways at once, so that nobody plans as if only some were free."""
+        """Announces all blamed ways at once, so that no plan sees only some of them free."""
         pause = threading.Event()
         while not pause.wait(_POLL_SECONDS):
             with self._lock:
@@ -221,7 +221,7 @@ class MoveBase(ActionInterface):
 
 
 def _wait_for(execution: ActionExecution, holds: Callable[[], bool], seconds: float) -> bool:
-    """Waits until something holds, at most for some seconds of wall time.
+    """Waits for a condition, at most for some seconds of wall time.
 
     Raises:
         CanceledError: The action is to stop.
@@ -237,7 +237,7 @@ def _wait_for(execution: ActionExecution, holds: Callable[[], bool], seconds: fl
 
 
 def _time_limit() -> Optional[DriveTimeLimit]:
-    """Returns how long drives may take by their lengths; None if ~timeout says it for all."""
+    """Returns the time limits of drives by their lengths; None if ~timeout holds for all."""
     base, speed = parameters.number("timeout_base", 30.0), parameters.number("slowest_speed", 0.2)
     if speed == 0:
         raise parameters.wrong(

@@ -1,4 +1,4 @@
-"""A client of move_base that neither a dead server nor a stopped clock can block."""
+"""A client of move_base that neither a dead server nor a stopped clock blocks."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ class Base:
             raise kind(f"{self.name} ended the drive as {word}" + (text and f": {text}"))
 
     def stop(self, canceled: threading.Event) -> None:
-        """Has the server stop what it still does, such as for a process that has died.
+        """Cancels the server's goals, such as those of a process that has died.
 
         Args:
             canceled: Ends the wait for that, which takes some seconds at most.
@@ -163,7 +163,7 @@ class Base:
         )
 
     def absence(self) -> Callable[[], bool]:
-        """Returns a function that says whether the server is gone, from now on.
+        """Returns a function that says whether the server has gone since now.
 
         It is there again when it has sent a status and the clock has gone on.
         """

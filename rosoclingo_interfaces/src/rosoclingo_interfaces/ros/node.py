@@ -1,4 +1,4 @@
-"""The ROS node around an interface: hears the actions, sends the answers."""
+"""The ROS node of an interface: receives actions, and sends answers."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class InterfaceNode:
         )
 
     def _send_heartbeats(self, seconds: float) -> None:
-        """Says again and again that actions are executed, in wall time, until a shutdown."""
+        """Sends heartbeats of the running actions, in wall time, until a shutdown."""
         end = threading.Event()
         rospy.on_shutdown(end.set)
         while not end.wait(seconds):
@@ -137,7 +137,7 @@ class InterfaceNode:
             )
 
     def _dispatches(self, header: Mapping[str, str]) -> bool:
-        """Returns whether the publisher of a message on ``out`` publishes ``dispatch``, too.
+        """Whether the publisher of a message on ``out`` publishes ``dispatch``, too.
 
         The master is asked once for each connection: such a node opens ``dispatch`` first.
         """
@@ -151,7 +151,7 @@ class InterfaceNode:
         return dispatches
 
     def _send(self, answers: rospy.Publisher, message: Any, node: str) -> None:
-        """Sends an answer to a node, and to all others that listen; does not wait."""
+        """Sends an answer to a node, and to all other subscribers; does not wait."""
 
         def send_later() -> None:
             # An action that was there first comes before rosoclingo has connected to this node.

@@ -1,4 +1,4 @@
-"""Tells rosoclingo what topics of any stack show, as a file of observers says."""
+"""Announces to rosoclingo what topics of any stack show, by a file of observers."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ _HELP = (
 
 
 class ObserverNode:
-    """Listens for all observers of a file. Make it after the node is initialised."""
+    """Subscribes for all observers of a file. Make it after the node is initialised."""
 
     def __init__(self) -> None:
-        """Opens the topics whose types are known.
+        """Subscribes to the topics whose types are known.
 
         Raises:
             RosclingoError: The parameter or the file is wrong, or does not fit to a type.
@@ -59,7 +59,7 @@ class ObserverNode:
         )
         simulated = rospy.get_param("/use_sim_time", False)
         self._seconds: Callable[[], float] = rospy.get_time if simulated else time.monotonic
-        self._lock = threading.Lock()  # guards observers, transforms, and the order of what is told
+        self._lock = threading.Lock()  # guards observers, transforms, and the order of messages
         self._warned: Dict[int, float] = {}  # by observers: when a message made no sense last
         self._in = publisher(topic("in"), ROSoClingoIn, on_subscriber=self._tell_standing)
         self._about = publish_about(sorted({one.source for one in self._observers}))
@@ -117,7 +117,7 @@ class ObserverNode:
         return found
 
     def _look_at_types(self) -> None:
-        """Subscribes to the topics whose types are known by now, and warns of types that change."""
+        """Subscribes to topics whose types have become known, and warns of types that change."""
         types = topic_types()
         for name, observers in self._opened.items():
             self._check_type(name, observers, types.get(name, self._types[name]))
@@ -132,7 +132,7 @@ class ObserverNode:
                 self._opened[name], self._types[name] = observers, kind._type
 
     def _check_type(self, name: str, observers: Sequence[Observer], actual: str) -> None:
-        """Warns when a topic's type becomes another one, of which ROS delivers no messages here."""
+        """Warns when a topic's type changes: ROS delivers no messages of the new one here."""
         before, self._types[name] = self._types[name], actual
         if actual == before:
             return
@@ -158,7 +158,7 @@ class ObserverNode:
                 self._warn(0, f"/tf: {err}")
 
     def _hear(self, observer: Observer, message: Any) -> None:
-        """Has an observer take a message, whatever is in that."""
+        """Passes a message to an observer, whatever its content."""
         try:
             with self._lock:
                 observer.hear(message, self._seconds())
@@ -169,7 +169,7 @@ class ObserverNode:
             self._warn(observer.entry.line, reason)
 
     def _warn(self, line: int, reason: str) -> None:
-        """Warns, not too often for each observer."""
+        """Warns, with a rate limit for each observer."""
         now = time.monotonic()
         if now - self._warned.get(line, -_WARNING_SECONDS) >= _WARNING_SECONDS:
             self._warned[line] = now
@@ -187,21 +187,21 @@ class ObserverNode:
             rospy.loginfo("%s: told %s", observer.name, term)
 
     def _tell_standing(self, send: Callable[[Any], None]) -> None:
-        """Tells a new subscriber what was told last by each observer, and still holds."""
+        """Repeats for a new subscriber the last terms that still hold."""
         with self._lock:
             for observer in self._observers:
                 if observer.teller.standing is not None:
                     send(ROSoClingoIn(observer.source, observer.teller.standing))
 
     def _check_vocabulary(self, encoding: KnownEncoding) -> None:
-        """Warns of terms that the planner does not know; called in a thread of its own."""
+        """Warns of terms that the planner does not declare; called in a thread of its own."""
         if len(encoding.messages) < MOST_KNOWN:  # else it may know more
             for warning in unknown_terms(self._observers, encoding.messages):
                 rospy.logwarn("%s", warning)
 
 
 def _class_of(name: str, observers: Sequence[Observer], actual: str) -> Any:
-    """Returns the class of a topic's messages, which fit to its observers; None if it is not known.
+    """Returns the class of a topic's messages, which suits its observers; None if unknown.
 
     Args:
         name: Of the topic.

@@ -19,12 +19,12 @@ class PickupDeliver(ActionInterface):
         self._delay = parameters.number("delay", 0.0)
 
     def pickup(self, *_package: Union[int, str]) -> bool:
-        """Somebody puts the package on the robot."""
+        """A person puts the package on the robot."""
         self.sleep(self._delay)
         return True
 
     def deliver(self, *_package: Union[int, str]) -> bool:
-        """Somebody takes the package from the robot."""
+        """A person takes the package from the robot."""
         self.sleep(self._delay)
         return True
 

@@ -43,7 +43,7 @@ def wait_for_subscribers(
 
     Args:
         publisher: Publishes to the topic.
-        say: Called with what is waited for, every five seconds.
+        say: Called with the missing nodes, every five seconds.
         stopped: Whether to give up.
 
     Returns:
@@ -75,5 +75,5 @@ def _nodes(part: int, name: str) -> List[str]:
     try:
         state = rosgraph.Master(rospy.get_name()).getSystemState()
     except (OSError, rosgraph.MasterException):
-        return []  # nobody knows
+        return []  # unknown without a master
     return sorted(dict(state[part]).get(name, ()))

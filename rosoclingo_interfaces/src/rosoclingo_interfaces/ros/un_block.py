@@ -1,4 +1,4 @@
-"""Announces which paths are blocked, and which are no longer."""
+"""Announces which paths are blocked, and which are free again."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ _HELP = "b FROM TO: the path is blocked; u FROM TO: it is free again; Ctrl-D end
 def main() -> NoReturn:
     """Runs the node until the end of the lines.
 
-    The exit status is 0 if all lines were announced, 1 if one was wrong, there was nobody to hear
-    it, or rosoclingo dropped it, 130 after Ctrl-C.
+    The exit status is 0 if all lines were announced, 1 if one was wrong, there was no subscriber,
+    or rosoclingo dropped one, 130 after Ctrl-C.
     """
     init_node("un_block", anonymous=True, usage=f"usage: un_block.py [ROS remappings]\n\n{_HELP}")
     _about = publish_about((INFO,))  # kept, so that it is there as long as the node
@@ -40,7 +40,7 @@ def main() -> NoReturn:
 
 
 def _was_taken(journal: JournalReader, value: str, prompt: Prompt) -> bool:
-    """Says what rosoclingo did with an announcement, unless it took it as it should.
+    """Reports how rosoclingo took an announcement, unless it took it as expected.
 
     Returns:
         False if it was dropped.

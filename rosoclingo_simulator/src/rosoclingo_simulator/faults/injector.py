@@ -157,7 +157,7 @@ class FaultInjector:
             doors = [one.fault.effect for one in others if isinstance(one.fault.effect, ClosedDoor)]
             if any(set(door.ends) == set(effect.ends) for door in doors):
                 return
-            with suppress(ObstacleError):  # somebody has opened it
+            with suppress(ObstacleError):  # it was opened meanwhile
                 self._obstacles.unblock(*effect.ends)
         elif isinstance(effect, WrongPose) and not any(
             isinstance(one.fault.effect, WrongPose) and one.robots == state.robots for one in others

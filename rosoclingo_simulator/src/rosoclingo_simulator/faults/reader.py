@@ -27,8 +27,8 @@ from rosoclingo_simulator.physics.obstacles import PassageEnd
 from rosoclingo_simulator.physics.physics import Pose
 
 _WITHIN = 1.0  # metres from a place, unless an entry says otherwise
-_FARTHEST = 1e6  # metres and radians; what is more is a slip of the pen, and overflows later
-_AT_CHARGER = 0.5  # likewise, where a battery is charged
+_FARTHEST = 1e6  # metres and radians; more is a typing error, and overflows later
+_AT_CHARGER = 0.5  # metres from the place where a battery is charged
 
 _Entries = Dict[str, FaultValue]
 _Reader = Callable[[FaultValue, _Entries, Waypoints], FaultEffect]

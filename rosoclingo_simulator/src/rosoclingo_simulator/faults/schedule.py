@@ -53,7 +53,7 @@ class FaultState:
         random: Its own random numbers.
         active: Whether it is there now.
         begun: When it began, in simulated seconds since the start.
-        ended: When it ended; likewise.
+        ended: When it ended, in simulated seconds since the start.
     """
 
     fault: Fault
@@ -72,11 +72,11 @@ class FaultState:
         self.begun.append(time)
 
     def postpone(self, time: float) -> None:
-        """Waits, because a robot is in the way."""
+        """Postpones the fault, because a robot is in the way."""
         self._not_before = time + _RETRY_SECONDS
 
     def end(self, time: float) -> None:
-        """Ends: the effect is gone."""
+        """Ends the fault, and with it the effect."""
         self.active = False
         self.ended.append(time)
 
@@ -147,7 +147,7 @@ def fault_states(plan: FaultPlan, robots: Sequence[str]) -> List[FaultState]:
         of_world = isinstance(fault.effect, ClosedDoor)
         for group in [names] if of_world else [(name,) for name in names]:
             seed = f"{plan.seed} {fault.number} {' '.join(group)}"
-            # Nobody guards a secret with them.
+            # No secret depends on them.
             states.append(FaultState(fault, group, random.Random(seed)))  # noqa: S311
     return states
 

@@ -21,7 +21,7 @@ class FaultValue:
         source: The file, or the parameter.
         value: What YAML says.
         node: What PyYAML has composed of it; None if it was not composed.
-        line: Where its key or it begins, from 1 on; None for a value that somebody has parsed.
+        line: Where its key or it begins, from 1 on; None for a value that was parsed before.
         key: Its key in a mapping; empty if it has none.
         about: What it belongs to, for errors, such as ``fault 2 (slip)``.
     """
@@ -97,7 +97,7 @@ class FaultValue:
         return self.value
 
     def text(self) -> str:
-        """Returns a text."""
+        """Returns a text that is not empty."""
         if not isinstance(self.value, str) or not self.value:
             raise self.wrong(f"expected a name, not {self.value!r:.80}")
         return self.value

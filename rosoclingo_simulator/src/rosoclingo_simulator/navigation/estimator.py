@@ -43,7 +43,7 @@ class PoseEstimator:
 
     @property
     def pose(self) -> Pose:
-        """Where it takes the robot to be."""
+        """The estimated pose."""
         if self._frame is None:
             return self.physics.pose
         return compose(self._frame, self.physics.odometry)
@@ -92,7 +92,7 @@ class PoseEstimator:
         """Begins anew from an initial pose.
 
         Args:
-            pose: Where somebody says that the robot is.
+            pose: The announced pose of the robot.
 
         Returns:
             Whether the pose is near the true one, so that it knows that now; else it is lost.

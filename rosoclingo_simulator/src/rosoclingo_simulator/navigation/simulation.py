@@ -30,7 +30,7 @@ class Simulation:
         steps: How many there were.
         scan: What the laser has measured last; None before the first time.
         command: What the wheels are told in this step.
-        is_watched: Tells whether somebody wants scans also while there is no goal.
+        is_watched: Tells whether scans have a subscriber, also while there is no goal.
         neighbours: The other robots around.
         estimator: Its localisation, which may be wrong; None if it knows where it is.
     """
@@ -59,7 +59,7 @@ class Simulation:
 
     @property
     def odometry(self) -> Pose:
-        """Where its wheels say that it is, seen from where it was at first."""
+        """The pose by wheel odometry, relative to the first pose."""
         if self.estimator is None:
             return relative(self._start, self.physics.pose)
         return self.estimator.physics.odometry
@@ -96,7 +96,7 @@ class Simulation:
         """Lets one step of time pass."""
         pose, velocity = self.estimate, self.physics.velocity
         others, is_told = self.neighbours, self.time < self._told_until
-        # Without a goal it makes room for others, unless somebody drives it.
+        # Without a goal it makes room for others, unless a program drives it.
         may_make_room = not is_told and any(robot.path is not None for robot in others)
         if self.move_base is not None and (self.move_base.active or may_make_room):
             scan = self._look()

@@ -154,7 +154,7 @@ def accelerated(velocity: Velocity, wanted: Velocity, seconds: float) -> Velocit
 
 
 def rolled(pose: Pose, velocity: Velocity, seconds: float) -> Pose:
-    """Returns where a robot gets to; the way is an arc, of which it takes the chord."""
+    """Returns the next pose: the way is an arc, approximated by its chord."""
     speed, turning = velocity
     turned = turning * seconds
     half = turned / 2

@@ -27,7 +27,7 @@ class PassageEnd(NamedTuple):
     """An end of a way that a box closes.
 
     Attributes:
-        name: As somebody has called it.
+        name: Its name, given by the caller.
         place: Where it is.
     """
 

@@ -18,7 +18,7 @@ class _Faces(NamedTuple):
     Attributes:
         at: Where the line is, in metres along the axis.
         begin: Where the face begins, in metres along the other axis.
-        end: Where it ends, likewise.
+        end: Where it ends, in metres along that axis.
         side: On which side of it is free: 1 or -1 along the axis.
     """
 
@@ -51,7 +51,7 @@ class Walls:
 
         Args:
             x: Where the beams begin, in metres; that is no solid cell.
-            y: Likewise.
+            y: The other coordinate, in metres.
             directions: Of each beam the part along x and the one along y; its length is 1.
             longest: What is farther away need not be seen.
 

@@ -22,7 +22,7 @@ _MOST_PIXELS = 4096  # of a side; what OpenGL allows is seldom less
 
 
 class CameraPublisher:
-    """Publishes the camera's images, as long as somebody has subscribed.
+    """Publishes the camera's images, as long as there are subscribers.
 
     All but the constructor and :meth:`transforms` is for one thread, the one that moves the robot.
     """
@@ -59,7 +59,7 @@ class CameraPublisher:
         ]
 
     def update(self, seconds: float, stamp: rospy.Time) -> None:
-        """Publishes images if they are due, and somebody has subscribed.
+        """Publishes images if they are due, and have a subscriber.
 
         Args:
             seconds: Simulated time since the start.

@@ -27,7 +27,7 @@ BASE_HEIGHT = 0.01
 
 _UNIT_ERROR = 1e-2  # of a quaternion's length
 _VARIANCE = 1e-4  # m² and rad²; the simulator knows where the robot is, but filters divide by it
-_UNSURE_VARIANCE = 1.0  # likewise, of a robot that knows that it is lost
+_UNSURE_VARIANCE = 1.0  # m² and rad², of a robot that knows that it is lost
 
 
 class RobotNames:

@@ -62,8 +62,8 @@ Parameters, such as _speed:=10, are described in the package's README."""
 
 _SLOW = "too slow: simulated time goes %.2g times as fast as real time"
 _SECONDS_TO_ANSWER = 10.0  # of wall time, for the simulation's thread
-_SECONDS_TO_END = 1.0  # likewise, for its last step
-# Likewise, from one message of /clock to the next, at least: at speed 10, those of every fourth
+_SECONDS_TO_END = 1.0  # of wall time, for its last step
+# Of wall time, from one message of /clock to the next, at least: at speed 10, those of every fourth
 # step. Each of them wakes all nodes, which take longer than this for what they do.
 _CLOCK_SECONDS = 0.02
 _Returned = TypeVar("_Returned")
@@ -131,7 +131,7 @@ class SimulatorNode:
     def run(self) -> None:
         """Runs the simulation until the node is shut down."""
         rospy.on_shutdown(self._end)
-        # A shutdown that began before calls nobody any more.
+        # A shutdown that began before makes no more calls.
         while not (self._stop.is_set() or rospy.is_shutdown()):
             jump = self._pace.wait(STEP_SECONDS)
             self._calls.run()
@@ -199,7 +199,7 @@ def _move_base(
 
 
 def _warn_of_another_clock() -> None:
-    """Says so if another node publishes the time, too."""
+    """Warns if another node publishes the time, too."""
     others = [name for name in publishers("/clock") if name != rospy.get_name()]
     if others:
         rospy.logwarn(

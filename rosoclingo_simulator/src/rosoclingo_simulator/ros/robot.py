@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 class Robot:
     """Connects a robot with ROS. All methods are for the simulation's thread.
 
-    Messages that nobody listens to are not made, and those of each step are made once and filled
+    Messages without subscribers are not made, and those of each step are made once and filled
     again: rospy has written them when ``publish`` returns.
 
     Attributes:
@@ -86,7 +86,7 @@ class Robot:
         self._subscriber = subscriber(names.topic("cmd_vel"), Twist, self._on_command)
 
     def publish(self, stamp: rospy.Time) -> None:
-        """Tells of a step."""
+        """Publishes the state after a step."""
         for part in self._parts:
             part.publish(stamp)
         pose, velocity = self.simulation.physics.pose, self.simulation.physics.velocity

@@ -17,7 +17,7 @@ class Grid:
 
     Attributes:
         free: Whether a cell belongs to an area or a door.
-        wall: Whether a cell belongs to a wall; what is neither, nobody can see.
+        wall: Whether a cell belongs to a wall; a cell that is neither is unknown.
     """
 
     def __init__(self, world: World) -> None:

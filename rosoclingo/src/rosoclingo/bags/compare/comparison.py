@@ -43,9 +43,9 @@ class GoalPair:
 
     Attributes:
         id: That of actionlib; the recorded one if two runs have different ones.
-        request: What was asked for.
-        expected: What became of it in the recording; None if it is not there.
-        seen: What became of it in the replay, likewise.
+        request: The request.
+        expected: Its outcome in the recording; None if it is not there.
+        seen: Its outcome in the replay; None if it is not there.
         same: Whether that is the same at the level of the comparison.
     """
 

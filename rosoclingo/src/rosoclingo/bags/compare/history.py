@@ -41,9 +41,9 @@ class History:
     """The outcomes of a run's goals, and the timeline of its outputs.
 
     Attributes:
-        requests: What was asked for, by the ids of the goals, in the order in which they came.
-        numbers: Their numbers, likewise.
-        goals: What became of them.
+        requests: The requests, by the ids of the goals, in order of arrival.
+        numbers: The numbers of the goals, by their ids.
+        goals: The outcomes of the goals.
         steps: In how many steps there were actions.
         timeline: The outputs that have an order.
         places: For each output, how many of the timeline come before it.

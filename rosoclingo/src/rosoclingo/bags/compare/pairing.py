@@ -21,7 +21,7 @@ class Moved:
 
     Attributes:
         expected: The input in the first run; None if it never came.
-        seen: The input in the second run, likewise.
+        seen: The input in the second run; None if it never came.
         in_time: Whether it came before the place in question, in the first run and in the second.
     """
 

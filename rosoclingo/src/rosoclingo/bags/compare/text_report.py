@@ -11,7 +11,7 @@ from rosoclingo.bags.compare.history import Cell, GoalHistory
 from rosoclingo.bags.compare.pairing import Moved
 
 _CONTEXT = 3  # rows that are the same, before and after each difference
-_MOST_SHOWN = 40  # differences; more help nobody
+_MOST_SHOWN = 40  # differences
 _WIDEST = 60  # characters of a column
 _INPUTS_SHOWN = 8  # before one row, and of those that only one run had taken
 

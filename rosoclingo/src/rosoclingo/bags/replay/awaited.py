@@ -24,7 +24,7 @@ class Awaited:
         self._knows_threads = run.has_journal
         self._of_lost_decisions = _of_lost_decisions(run)
         self._begin = 0  # of those that were expected last
-        self._end: Optional[int] = 0  # likewise
+        self._end: Optional[int] = 0  # of the same
         self._counts: Counter[journal.Event] = Counter()
         self._of_others: List[Output] = []  # that no input waits for, but the end does
         self._waived: Counter[journal.Event] = Counter()  # given up, and may still come

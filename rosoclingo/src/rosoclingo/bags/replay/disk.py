@@ -53,7 +53,7 @@ def is_unchanged(launched: Launched) -> bool:
         found = next(filter(os.path.isfile, (*_in_packages(path, packages), path)), None)
         try:
             return found is not None and Path(found).read_text(encoding="utf-8") == text
-        except (OSError, ValueError):  # nobody may read it, or it is no text
+        except (OSError, ValueError):  # unreadable, or no text
             return False
 
     return all(is_same(path, text) for path, text in launched.files.items())

@@ -86,7 +86,7 @@ def input_schedule(
 
 
 def _let_go(entries: Sequence[Entry]) -> Set[int]:
-    """Returns the numbers of actions that an operator has let go, which belong to no command."""
+    """Returns the numbers of actions that an operator released, which belong to no command."""
     found: Set[int] = set()
     is_let_go = False
     for entry in entries:

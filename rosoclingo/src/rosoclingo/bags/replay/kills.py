@@ -1,4 +1,4 @@
-"""Schedules the kills of a replay, and what the loop takes that starts after one, without ROS."""
+"""Schedules the kills of a replay, and the inputs of the loops that follow. Needs no ROS."""
 
 from __future__ import annotations
 

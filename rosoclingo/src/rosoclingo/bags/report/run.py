@@ -92,7 +92,7 @@ class MessageRun:
     Attributes:
         seconds: When it was taken.
         id: Its id; empty if it was dropped and the journal does not say which one it was.
-        value: Its value, likewise.
+        value: Its value; empty where the id is.
         step: In which step.
         dropped: Why it was dropped; empty if it was not.
     """

@@ -106,8 +106,8 @@ class _Reading:
         self._requests: Counter[str] = Counter()  # how often each has come
         self._slots: Dict[str, str] = {}  # the last goal of each slot
         self._begun = 0  # how often slots may have become free: steps that have begun, and resets
-        self._ends: Dict[str, int] = {}  # likewise, until the end of a goal
-        self._assignments: List[Tuple[int, int]] = []  # positions, likewise, of assign_messages
+        self._ends: Dict[str, int] = {}  # the same count at the end of each goal
+        self._assignments: List[Tuple[int, int]] = []  # positions and counts of assign_messages
         self._latest: Dict[str, int] = {}  # index of each actuator's last action
         self._causes: Dict[int, Cause] = {}  # messages that were not dropped, by position
         self._recent: Deque[_Taken] = deque(maxlen=_RECENT)

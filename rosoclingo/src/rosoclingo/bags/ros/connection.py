@@ -26,7 +26,7 @@ class Connection:
 
     def __init__(self, name: str) -> None:
         """Opens the topics below a node with the planning loop, by its resolved name."""
-        self._heard_by: Counter[str] = Counter()  # by topics: how often somebody has connected
+        self._heard_by: Counter[str] = Counter()  # by topics: the number of connections
         self._lives = 1  # of the node
 
         def opened(topic: str, kind: Any) -> rospy.Publisher:

@@ -72,7 +72,7 @@ class Recorder:
         """
         events: List[Message] = []
         others: List[Message] = []
-        while not self._queue.empty():  # nobody else takes from it
+        while not self._queue.empty():  # this is its only reader
             message = self._queue.get_nowait()
             connection = message.connection
             is_event = connection.topic == self._events and connection.md5sum == _EVENT_SUM

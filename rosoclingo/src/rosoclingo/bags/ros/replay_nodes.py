@@ -35,7 +35,7 @@ class ReplayNodes:
         connection: Connection,
         dues: Sequence[ScheduledInput],
     ) -> None:
-        """Prepares what :meth:`start` starts.
+        """Prepares the nodes, which :meth:`start` starts.
 
         Args:
             name: Resolved name of the node with the planning loop.
@@ -100,7 +100,7 @@ class ReplayNodes:
         if command[0] == "rosrun":
             command = (executable(*command[1:3]), *command[3:])
             name = f"{start.namespace.rstrip('/')}/{start.name}"
-            rospy.set_param(f"{name}/diagnostics_period", 0)  # nobody listens
+            rospy.set_param(f"{name}/diagnostics_period", 0)  # without a subscriber
         self._system.start(
             start.name, command, namespace=start.namespace, directory=start.directory
         )

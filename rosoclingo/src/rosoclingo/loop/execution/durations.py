@@ -1,7 +1,7 @@
-"""Learns how long each kind of action takes, as an exponential mean. Needs no ROS.
+"""Learns the duration of each kind of action, as an exponential moving average. Needs no ROS.
 
-Kinds are named by the encoding. In the mean of a kind, the last action counts for three
-tenths, and what was known before, at first what the encoding believed, for the rest.
+Kinds are named by the encoding. In the average of a kind, the last action has the weight three
+tenths, and the average before, at first the encoding's estimate, the rest.
 
 >>> durations = Durations()
 >>> durations.learn("go(a,b)", 10, 30.0)
@@ -20,7 +20,7 @@ from typing import Dict, List, Set, Tuple
 
 _WEIGHT = 0.3  # of the last action
 _LEAST_SECONDS = 1.0  # that a mean differs from what was told, before it is told again
-_LEAST_PART = 0.1  # likewise, as a part of that
+_LEAST_PART = 0.1  # the same, as a part of that
 
 
 @dataclass
@@ -29,7 +29,7 @@ class Durations:
 
     Attributes:
         means: How long actions take, in seconds, by their kinds.
-        told: What the planner believes, likewise.
+        told: The durations that the planner believes, in seconds, by kinds.
         unknown: The kinds that its encoding does not want to know of.
     """
 

@@ -263,7 +263,7 @@ class Executions(ExecutionsState):
         self.changed = True
 
     def end_pause(self, actuator: str) -> None:
-        """Enters that the pause before an action's next attempt is over, if it is in one."""
+        """Ends the pause before an action's next attempt, if there is one."""
         one = self.last.get(actuator)
         if one is not None and one.pauses:
             self._set(one, pauses=False)
@@ -301,7 +301,7 @@ class Executions(ExecutionsState):
         return one is not None and one.is_open and self._can_be_busy(actuator)
 
     def abort(self, actuator: str, step: int) -> bool:
-        """Enters that an actuator is to stop, which it is told once in a step.
+        """Requests the abort of an actuator's action, which it is told once in a step.
 
         Returns:
             Whether it is still to be told.
@@ -408,7 +408,7 @@ class Executions(ExecutionsState):
         ]
 
     def reset(self) -> None:
-        """Applies a reset: nobody acts in step 0, and the busy actuators go on in step 1."""
+        """Applies a reset: no actuator acts in step 0, and the busy ones go on in step 1."""
         self._go_on(lambda one: one.is_busy, is_busy=True)
         self._forget_held()
         self.published.clear()
@@ -428,7 +428,7 @@ class Executions(ExecutionsState):
 
     @property
     def silent(self) -> List[Execution]:
-        """The executions without an answer for which somebody waits, ordered by number."""
+        """The executions with an awaited answer, ordered by number."""
         return [one for one in self.dispatched if one.acts and one.is_open and not one.is_enqueued]
 
     @property

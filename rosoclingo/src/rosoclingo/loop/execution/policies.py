@@ -29,7 +29,7 @@ class ActionPolicy:
 
     Attributes:
         timeout: How long it may take, in seconds of the loop's clock; 0 for as long as it does.
-        factor: Likewise, as a factor of its expected duration, in world time.
+        factor: The timeout as a factor of its expected duration, in world time.
         retries: How often it is dispatched again after a failure or a timeout; None if that is not
             said, so that an encoding may say it for failures.
         pause: How long before each retry, in seconds of the loop's clock.

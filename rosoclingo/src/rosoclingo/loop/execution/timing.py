@@ -26,8 +26,8 @@ from rosoclingo.loop.values.goals import Goals
 from rosoclingo.loop.values.recorded import Recorded, reading
 from rosoclingo.loop.words import CLOCK, DUE, EXPECTED, INFO, NOW, SUCCESS
 
-_MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
-_MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
+_MOVED_SECONDS = 5.0  # how far an overdue action moves an expected time until it is told
+_MOVED_STEP_SECONDS = 1.0  # the same at each answer and each step
 
 
 @dataclass(eq=False)

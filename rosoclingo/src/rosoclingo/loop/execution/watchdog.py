@@ -1,4 +1,4 @@
-"""The watchdog: warns of silent actuators, times actions out, misses heartbeats, begins retries.
+"""The watchdog: warns of silent actuators, times actions out, checks heartbeats, begins retries.
 
 It also sends the encoding the messages that it has asked for by alarms.
 
@@ -110,11 +110,11 @@ class ExecutionWatchdog:
 
     @property
     def seconds(self) -> float:
-        """In how many seconds it is time to look; 0 if it is."""
+        """Seconds until the next check is due; 0 if one is due now."""
         return max(0.0, self._look_at - self.environment.now())
 
     def look_soon(self) -> None:
-        """Has it look the next time, since an action was dispatched, or is to be tried again."""
+        """Makes a check due, since an action was dispatched, or is to be tried again."""
         self._look_at = 0.0
 
     def look(self) -> None:
@@ -183,7 +183,7 @@ class ExecutionWatchdog:
         yield self.alarms.next() - now
 
     def _time_out(self, now: float) -> Iterator[float]:
-        """Times out what takes too long; yields the seconds that others may take yet."""
+        """Times out late executions; yields the seconds that are left to the others."""
         before, self._spent = self._spent, {}
         for one in self.executions.silent:
             policy = self.policies.of(one.actuator, one.action)

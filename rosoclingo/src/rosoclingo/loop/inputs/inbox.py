@@ -242,7 +242,7 @@ class Inbox:
                 function()
 
     def close(self) -> None:
-        """Says that the loop is to end."""
+        """Requests the end of the loop."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

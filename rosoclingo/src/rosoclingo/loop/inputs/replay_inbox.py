@@ -222,7 +222,7 @@ class ReplayInbox(Inbox):
         self._moment = decision, Phase.WAIT
 
     def begin_end(self, waits: Callable[[], None]) -> None:
-        """Waits until all has come that the loop took when it had ended."""
+        """Waits until all inputs have come that the loop took after its end."""
         decision, _ = self._moment
         self._wait_until((max(decision, 0), Phase.END), waits)
 
@@ -269,7 +269,7 @@ class ReplayInbox(Inbox):
         return next((one for one in due if one.kind is ScheduledKind.KILL), None)
 
     def take(self, *, controls: bool = True) -> List[Item]:
-        """Returns what is due; does not wait."""
+        """Returns the due inputs; does not wait."""
         items = super().take(controls=controls)
         while True:
             with self._changed:
@@ -306,7 +306,7 @@ class ReplayInbox(Inbox):
             )
 
     def _next(self) -> Optional[ScheduledInput]:
-        """Returns the next thing if it is due and has come."""
+        """Returns the next scheduled input if it is due and has arrived."""
         if self._dues and self._dues[0].moment <= self._moment and self._has(self._dues[0]):
             return self._dues[0]
         return None
@@ -315,7 +315,7 @@ class ReplayInbox(Inbox):
         return bool(self._held.get(due.key))
 
     def _find_missing(self) -> Counter[InputKey]:
-        """Returns what is due, before the next kill, and has not come."""
+        """Returns the inputs that are due before the next kill and have not arrived."""
         due = list(
             itertools.takewhile(
                 lambda due: due.moment <= self._moment and due.kind is not ScheduledKind.KILL,

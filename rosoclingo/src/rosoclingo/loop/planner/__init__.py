@@ -1,1 +1,1 @@
-"""The planner: what it is told, how it searches for plans, and how it improves them."""
+"""The planner: the events it knows, its searches for plans, and their improvement."""

@@ -1,10 +1,10 @@
-"""Grounding on demand: events that are told by grounding, and parts that an encoding asks for.
+"""Grounding on demand: events that are told by grounding, and parts that an encoding requests.
 
 An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`` for told events,
-``search(k,t)`` for what is grounded before a search, and with it ``improve(k,t)`` if the search is
-for a better plan, ``prefer(k,t)`` if it is to begin with what is left of the plan before,
+``search(k,t)``, grounded before a search, and with it ``improve(k,t)`` if the search is
+for a better plan, ``prefer(k,t)`` if it is to begin with the rest of the plan before,
 ``at_once(k,t)`` if its plan is to go out at once, or ``relax(k,t)`` if one with fewer choices has
-found no plan. Then it may ask for parts: by externals ``ground(P)``, and by terms ``ground(P)`` and
+found no plan. Then it may request parts: by externals ``ground(P)``, by terms ``ground(P)`` and
 ``ground_last(P)`` in its answer sets.
 """
 
@@ -52,9 +52,9 @@ class Demand:
         tells: Whether the encoding is told its events by grounding.
         declared: Whether it knows a pair, for each that it was asked about.
         requests: Requests that it has declared as examples, each with its slot; sorted.
-        messages: Messages likewise, with which those are compared that it does not know.
+        messages: Messages that it has declared as examples, to compare unknown ones with.
         improves: Whether a better plan can be looked for while the one that was found is executed.
-        prefers: Whether a search can begin with what is left of the plan before.
+        prefers: Whether a search can begin with the rest of the plan before.
         hastens: Whether a search can construct a plan at once, which is improved later.
         relaxes: Whether a search that has found no plan can be repeated with more choices.
         has_layers: Whether plans have layers, see :mod:`rosoclingo.loop.planner.layers`.
@@ -77,9 +77,9 @@ class Demand:
     _searches: bool = False  # whether it has the part for that
     _unknown: Deque[Pair] = field(default_factory=deque)  # in the order in which they were asked
     _pending: List[Part] = field(default_factory=list)  # told, and not grounded yet
-    _steps: List[int] = field(default_factory=list)  # likewise: steps of a plan that stands
-    _queries: Dict[str, Truth] = field(default_factory=dict)  # likewise: which horizon is asked for
-    _grounded: Set[str] = field(default_factory=set)  # what answer sets have asked for
+    _steps: List[int] = field(default_factory=list)  # of the current plan, not grounded yet
+    _queries: Dict[str, Truth] = field(default_factory=dict)  # the horizon, not set yet
+    _grounded: Set[str] = field(default_factory=set)  # the parts that answer sets have requested
     _count: int = 0  # searches
     _has_news: bool = True  # since the last search
     _relaxed: int = 0  # searches in a row that had more choices than the one before
@@ -129,7 +129,7 @@ class Demand:
         self._relaxed = 0
 
     def ground(self, parts: Sequence[Part]) -> Ground:
-        """Returns the command that grounds parts, and all that they ask for."""
+        """Returns the command that grounds parts, and all parts that these request."""
         return Ground(tuple(parts), asking=True, reserved=_RESERVED)
 
     def learn_examples(self, externals: Iterable[str], slots: Sequence[str]) -> None:
@@ -149,7 +149,7 @@ class Demand:
     # What it is told.
 
     def note_news(self) -> None:
-        """Marks that something was told since the last search."""
+        """Marks that there is news since the last search."""
         self._has_news = True
 
     def tell(self, atoms: Sequence[str]) -> None:
@@ -159,11 +159,11 @@ class Demand:
             self._has_news = True
 
     def set_query(self, query: str, value: Truth) -> None:
-        """Queues the value of an external ``query(T)``, likewise."""
+        """Queues the value of an external ``query(T)``, set before the next command is run."""
         self._queries[query] = value
 
     def add_steps(self, steps: Iterable[int]) -> None:
-        """Queues steps to be grounded, likewise."""
+        """Queues steps, which are grounded before the next command is run."""
         self._steps += steps
 
     def take_pending(self) -> List[Command]:
@@ -180,7 +180,7 @@ class Demand:
         return commands
 
     def questions(self, pairs: Sequence[Pair]) -> List[Pair]:
-        """Returns the pairs of which it is not known whether the encoding knows them."""
+        """Returns the pairs about which the encoding has to be asked."""
         new = [pair for pair in dict.fromkeys(pairs) if pair not in self.declared]
         examples = (self.requests, self.messages)
         known = [pair for pair in new if any(_contains(some, pair) for some in examples)]
@@ -188,7 +188,7 @@ class Demand:
         return [pair for pair in new if pair not in self.declared]
 
     def ask(self, pairs: Sequence[Pair]) -> List[Command]:
-        """Returns the commands that fail at a pair which the encoding does not know.
+        """Returns the commands that fail at the first undeclared pair.
 
         The first one grounds; the others are one for each pair.
         """
@@ -205,14 +205,14 @@ class Demand:
             if len(self._unknown) > _MOST_UNKNOWN:
                 del self.declared[self._unknown.popleft()]
 
-    # What it asks for.
+    # Its requests for parts.
 
     def prepare(self, step: int, *, prefers: bool = False, hastens: bool = False) -> List[Command]:
-        """Returns the commands that are to be run before a search: one, or none.
+        """Returns the commands to be run before a search: one, or none.
 
         Args:
             step: The current step.
-            prefers: Whether it is to begin with what is left of the plan before.
+            prefers: Whether it is to begin with the rest of the plan before.
             hastens: Whether its plan is to go out at once, and improved later.
         """
         if not (self._searches and self._has_news):
@@ -221,7 +221,7 @@ class Demand:
         return [self.begin_search(step, "search", *names)]
 
     def begin_search(self, step: int, *names: str) -> Command:
-        """Returns the command that is to be run before a search, whatever was told.
+        """Returns the command to be run before a search, with news or without.
 
         Args:
             step: The current step.
@@ -234,7 +234,7 @@ class Demand:
         return self.ground([Part(name, arguments) for name in names])
 
     def asks(self, symbols: Sequence[str], *, completes: bool = True) -> bool:
-        """Whether an answer set asks for a part that is not grounded yet.
+        """Whether an answer set requests a part that is not grounded yet.
 
         Args:
             symbols: The answer set.
@@ -248,14 +248,14 @@ class Demand:
         return any(text.startswith(_ASKS_LAST) for text in symbols)
 
     def asked_for(self, symbols: Sequence[str], *, completes: bool = True) -> List[Part]:
-        """Returns the parts that an answer set asks for and that are not grounded yet.
+        """Returns the parts that an answer set requests and that are not grounded yet.
 
         Args:
             symbols: The answer set.
             completes: Whether also those that complete its plan, by ``ground_last(P)``.
 
         Raises:
-            PlannerError: It asks for what is no part or must not be asked for.
+            PlannerError: It requests something that is no part or is reserved.
         """
         asking = ((text, split_term(text)[1]) for text in _asking(symbols, completes))
         asked = [(text, arguments[0]) for text, arguments in asking if len(arguments) == 1]
@@ -281,7 +281,7 @@ def _asking(symbols: Sequence[str], completes: bool) -> Iterator[str]:
 
 
 def _contains(pairs: Sequence[Pair], pair: Pair) -> bool:
-    """Tells whether a pair is among sorted ones, of which there may be ten thousands."""
+    """Whether a pair is among sorted pairs, by bisection."""
     index = bisect_left(pairs, pair)
     return index < len(pairs) and pairs[index] == pair
 

@@ -82,7 +82,7 @@ class PlannerExternals(ExternalsState):
         return externals
 
     def ask(self, pairs: Sequence[Pair]) -> None:
-        """Asks the planner whether it knows events, whatever the step."""
+        """Asks the planner whether it knows events, in any step."""
         if self._planner.demand.tells:
             self._planner.declare(pairs)
         else:
@@ -110,7 +110,7 @@ class PlannerExternals(ExternalsState):
         """Whether the encoding declares an event itself, as far as the planner was asked."""
         return bool(self.vocabulary.declares((source, content)))
 
-    # What is true.
+    # The true events.
 
     def is_true(self, atom: str) -> bool:
         """Whether an event was made true since the last reset."""
@@ -123,12 +123,12 @@ class PlannerExternals(ExternalsState):
 
     @property
     def saved(self) -> List[str]:
-        """The true events that say what held in the beginning."""
+        """The true events of the initial state."""
         return sorted(atom for atom in self._true if atom.startswith(SAVE))
 
     @property
     def kept(self) -> List[str]:
-        """The externals that the mode has made true and that are no events."""
+        """The true externals of the mode that are no events."""
         return sorted(self._kept)
 
     def make_true(self, atoms: List[str], *, from_outside: bool = False) -> List[Tuple[str, str]]:
@@ -136,7 +136,7 @@ class PlannerExternals(ExternalsState):
 
         Args:
             atoms: The externals.
-            from_outside: Whether somebody has asked for or announced this, who may be wrong;
+            from_outside: Whether a client has requested or announced this, who may be wrong;
                 nothing else is ever taken back.
 
         Returns:
@@ -153,19 +153,19 @@ class PlannerExternals(ExternalsState):
         return missing
 
     def note_told(self, atoms: Sequence[str], *, from_outside: bool) -> None:
-        """Records events that are true; a planner that is lost learns of them later."""
+        """Records true events; a lost planner is told them later."""
         self._true.update(atoms)
         self.told.update(dict.fromkeys(atoms, from_outside))
 
     def note_taken_back(self, atom: str) -> None:
-        """Records that an event is false again; a planner that is lost never hears of it."""
+        """Records that an event is false again; a lost planner is never told it."""
         self._true.discard(atom)
         self.told.pop(atom, None)
 
     def make_true_soon(self, atoms: List[str]) -> List[Tuple[str, str]]:
-        """Does the same before the planner is asked for anything, where it is sure to know them.
+        """Queues events that the planner surely declares, and tells it all others now.
 
-        Who waits for what comes next need not wait for the planner.
+        So the caller does not wait for the planner.
         """
         if self._planner.demand.tells:
             return self.make_true(atoms)
@@ -176,11 +176,11 @@ class PlannerExternals(ExternalsState):
         return missing
 
     def from_outside(self) -> List[str]:
-        """Returns the told events that may be made false again, in order."""
+        """Returns the events that may be retracted, in the order in which they were told."""
         return [atom for atom, from_outside in self.told.items() if from_outside]
 
     def take_back(self, atom: str) -> None:
-        """Makes an external of the planner false that was made true."""
+        """Retracts an event: makes its external false."""
         self._planner.assign([atom], Truth.FALSE)
         self.note_taken_back(atom)
 
@@ -220,7 +220,7 @@ class PlannerExternals(ExternalsState):
         self._planner.assign(self.kept, Truth.TRUE)
 
     def note_last_step(self, last: int) -> None:
-        """Records which step is the last one that a planner that is lost is to have, and to reach.
+        """Records the last step, and the horizon, for a planner that is lost.
 
         Args:
             last: The step, from the current one on.
@@ -232,7 +232,7 @@ class PlannerExternals(ExternalsState):
             self._kept.add(query(last))
 
     def retell(self) -> None:
-        """Restarts a planner that is lost, and tells it the steps and events that are known.
+        """Restarts a lost planner, and tells it the known steps and events.
 
         Raises:
             OutOfMemoryError: That needs more memory than it has; it can be tried again.
@@ -245,26 +245,26 @@ class PlannerExternals(ExternalsState):
         self.lost = False
 
     def can_be_saved(self) -> bool:
-        """Whether the planner declares events that say what holds in the beginning."""
+        """Whether the planner declares events of the initial state."""
         return self._planner.demand.tells or any(atom.startswith(SAVE) for atom in self.read())
 
     def can_save(self, fluents: Iterable[str]) -> bool:
-        """Whether the planner can be told what holds in the beginning, as far as it was asked."""
+        """Whether the planner can be told the initial state, as far as it was asked."""
         return self._planner.demand.tells or all(
             self.knows([("save", fluent)]) for fluent in fluents
         )
 
-    # What is not needed any more.
+    # Unused externals.
 
     def release(self, atom: str) -> None:
-        """Makes an external false for good, if there is one."""
+        """Makes an external false permanently, if there is one."""
         if atom in self.read():
             self._planner.run(ReleaseExternal(atom))
             self._seen = 0  # what was seen is out of date
         self.note_assigned(atom, False)
 
     def release_later(self, step: int) -> None:
-        """Notes a step whose unused externals are to be released.
+        """Schedules the release of a step's unused externals.
 
         An encoding that is told its events has none for each step, but that of its query.
         """
@@ -272,7 +272,7 @@ class PlannerExternals(ExternalsState):
             self._to_release.append(step)
 
     def release_now(self) -> None:
-        """Releases the unused externals of the steps that were noted.
+        """Releases the unused externals of the scheduled steps.
 
         That takes a while, so it is done when the actions of the next step are on their way, and
         before the planner is asked for anything that it could change.

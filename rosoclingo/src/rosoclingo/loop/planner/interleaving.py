@@ -7,7 +7,7 @@ satisfiability", 2004); horizons grow geometrically, and so do the turns. With s
 the first turn of each round is that of the shortest horizon that is not refuted, and each round has
 one horizon more at its end: so a plan is found in the end if longer horizons have plans, too.
 
-A plan without pauses, where somebody acts in each step up to the last action, is often found much
+A plan without pauses, with an action in each step up to the last one, is often found much
 sooner than any plan, but takes long turns: those are for two longer horizons only.
 """
 
@@ -93,7 +93,7 @@ class Interleaving:
                 self.width += 1
 
     def refute(self, horizon: int) -> None:
-        """Gives no more turns to a horizon, with which there is no plan."""
+        """Ends the turns of a horizon that is proven to have no plan."""
         self._refuted.add(horizon)
         if horizon in self._open:
             self._open.remove(horizon)
@@ -157,7 +157,7 @@ class UnbrokenFirst:
         self._others.last = max(self._open) if is_near and self._open else self._last
 
     def refute(self, turn: Turn) -> None:
-        """Gives no more turns to a horizon; for plans without pauses, neither to shorter ones."""
+        """Ends a horizon's turns; for plans without pauses, those of shorter horizons, too."""
         if not turn.is_unbroken:
             self._others.refute(turn.horizon)
         self._open = [one for one in self._open if one > turn.horizon]

@@ -1,10 +1,10 @@
-"""Plans in layers: finds out how many layers a plan needs, wish by wish or all wishes at once.
+"""Plans in layers: finds the number of layers, wish by wish or for all wishes at once.
 
 An encoding with the parts ``layer(k,n)`` and ``goal(k,n)`` says in an answer set of search K, by
 ``layers(K,N,M)``, that its plan has N layers at least, and that M wishes are to be granted. Then
 layers are grounded as needed, and with ``goal(K,N,I)``, an external, I of the wishes are granted
 after N layers, and nothing is done in later ones. By ``layers_with(K,P)``, a part ``P(k,n)`` is
-grounded with each layer. An answer set asks for ``attained(K,N,ID)`` for
+grounded with each layer. An answer set requests ``attained(K,N,ID)`` for
 each request that is met.
 
 Two ways to search take turns, each for longer than the other one before:
@@ -41,7 +41,7 @@ _ONE_BY_ONE_SECONDS = 0.2
 _FIRST_SECONDS = 1.0  # which the search has at first for what has waited long
 _LENGTHENING = 1.5
 _POLISH_SECONDS = 0.01
-_SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
+_SAME_SECONDS = 0.2  # to find out whether the rest of a plan fits
 _MOST_SECONDS = 30.0  # after which there is no plan for any request
 _MOST_LAYERS = 64  # more than needed at least, that are tried
 _LONGER_PART = 4  # a plan may have a fourth more layers when it is proven the best,
@@ -51,7 +51,7 @@ _MORE_SECONDS = 5.0  # after which there is one for some of them only, if there 
 
 @dataclass
 class LayersState:
-    """Keeps what is known of the layers of the latest search; all of it is saved.
+    """Layers of the latest search, as far as they are decided; all of it is saved.
 
     Attributes:
         search: Its number.
@@ -68,7 +68,7 @@ class LayersState:
     missing: int = 0
 
     def begin(self, search: int) -> None:
-        """Forgets all for a new search."""
+        """Resets the state for a new search."""
         self.search, self.grounded, self.goal = search, 0, ""
         self.is_decided = False
         self.missing = 0
@@ -76,13 +76,13 @@ class LayersState:
 
 @dataclass(frozen=True)
 class WantedLayers:
-    """Says which layers an answer set needs. Immutable.
+    """The layers that an answer set needs. Immutable.
 
     Attributes:
         search: The number of the search.
         least: How many there are at least.
         wishes: How many wishes are to be granted.
-        before: How many what is left of the plan before has; 0 if there is none.
+        before: How many layers the rest of the plan before has; 0 if there is none.
         kept: How many wishes that grants.
         parts: The names of the parts that are grounded for each layer.
         has_first: Whether some requests have waited long.
@@ -120,7 +120,7 @@ class LayeredSearch:
     Attributes:
         solver: The planner's solver.
         run: Runs commands.
-        state: What is known of the layers; changes.
+        state: The layers as far as they are decided; changes.
         cost: Returns what the last answer set of a search costs; nothing if there is none.
     """
 
@@ -130,7 +130,7 @@ class LayeredSearch:
     cost: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]]
 
     def wanted(self, symbols: Sequence[str]) -> Optional[WantedLayers]:
-        """Returns the layers that an answer set needs and that are not decided yet."""
+        """Returns the layers that an answer set needs and that are undecided."""
         wanted = WantedLayers.of(symbols)
         if wanted is None:
             return None
@@ -139,18 +139,18 @@ class LayeredSearch:
         return None if self.state.is_decided else wanted
 
     def take(self, wanted: WantedLayers, ended: SearchEnded) -> None:
-        """Does to the solver what a search did that has ended."""
+        """Applies the effects of a recorded search to the solver."""
         self._ask(wanted, ended.horizon, ended.granted, grounded=ended.grounded)
         self.state.is_decided = True
         self.state.missing = ended.missing
 
     def keep(self, wanted: WantedLayers) -> None:
-        """Takes as many layers as what is left of the plan before has."""
+        """Sets the number of layers to that of the rest of the plan before."""
         self._ask(wanted, max(1, wanted.before), wanted.kept)
         self.state.is_decided = True
 
     def longer(self, wanted: WantedLayers, layers: int, wishes: int) -> Callable[[], bool]:
-        """Returns what allows plans with more layers, until there are twice as many.
+        """Returns a function that allows plans with more layers, up to twice as many.
 
         Args:
             wanted: What the encoding says of layers.
@@ -177,7 +177,7 @@ class LayeredSearch:
         Args:
             wanted: What the encoding says of layers.
             stopped: Whether the search has to end.
-            same: The assumption that the plan has what is left of the one before, if that is to be
+            same: The assumption that the plan has the rest of the one before, if that is to be
                 tried first.
         """
         at_once = _Way(self, wanted, first=wanted.least, wishes=wanted.wishes)
@@ -223,7 +223,7 @@ class LayeredSearch:
         same: wire.Assumption,
         seconds: float,
     ) -> SearchEnded:
-        """Searches for a plan that grants more wishes than what is left of the one before.
+        """Searches for a plan that grants more wishes than the rest of the plan before.
 
         It ends when all are granted; when told to stop; or when for a time no further wish was
         granted. Then it says what was found until then.
@@ -231,7 +231,7 @@ class LayeredSearch:
         Args:
             wanted: What the encoding says of layers.
             stopped: Whether the search has to end.
-            same: The assumption that the plan has what is left of the one before.
+            same: The assumption that the plan has the rest of the one before.
             seconds: That time, in seconds of work.
         """
         one_by_one = _OneByOne(self, wanted)
@@ -275,7 +275,7 @@ class LayeredSearch:
     def _take_turn(
         self, way: _Way, seconds: float, stopped: Callable[[], bool]
     ) -> Optional[SearchEnded]:
-        """Searches in one way for a time, in seconds of work."""
+        """Searches in one way within a budget, in seconds of work."""
         end = self.solver.seconds + seconds
         while not (stopped() or self.solver.seconds > end or way.is_through):
             found = way.turn(stopped)
@@ -286,7 +286,7 @@ class LayeredSearch:
     def _ended(
         self, wanted: WantedLayers, found: SearchEnded, granted: int, missing: int = 0
     ) -> SearchEnded:
-        """Has so many wishes granted from now on, with the layers of a plan."""
+        """Demands so many wishes from now on, with the layers of a plan."""
         self._ask(wanted, found.horizon, granted)
         self.state.is_decided = True
         self.state.missing = missing
@@ -399,7 +399,7 @@ class _Way:
         self._begin(first)
 
     def assume(self, assumed: Sequence[wire.Assumption]) -> None:
-        """Has further searches assume something."""
+        """Adds assumptions for further searches."""
         self.assumed = assumed
         self.has_assumed = True
 
@@ -432,7 +432,7 @@ class _Way:
 
 
 class _OneByOne(_Way):
-    """Searches for a plan for one more wish at a time, and keeps what was planned before.
+    """Searches for a plan wish by wish, and keeps the plan for the wishes before.
 
     Attributes:
         partial: A plan that meets some requests; None if there is none yet.
@@ -452,17 +452,17 @@ class _OneByOne(_Way):
         return Interleaving(0, _MOST_LAYERS, width=6, growth=1.15, seconds=0.05, share=0.85)
 
     def is_over(self, begin: float) -> bool:
-        """Whether searches take too long that began then, so that the plan goes out as it is."""
+        """Whether searches since a time take too long, so that the plan goes out as it is."""
         if self.partial is None:
             return self._now > begin + _MOST_SECONDS
         return self._now > self._last + max(self._last - begin, _MORE_SECONDS)
 
     def is_late(self, begin: float, seconds: float) -> bool:
-        """Whether it has made no progress for a time, in seconds of work, or since it began."""
+        """Whether it has made no progress for some seconds of work."""
         return self._now > max(self._last, begin) + seconds
 
     def go_on(self, found: SearchEnded) -> Optional[SearchEnded]:
-        """Goes on from a plan for some wishes; returns it if it is for all."""
+        """Extends a plan for some wishes; returns it if it grants all."""
         return self._take(found)
 
     @property
@@ -483,7 +483,7 @@ class _OneByOne(_Way):
 
 
 def _terms(symbols: Sequence[str], name: str, count: int) -> Iterator[List[str]]:
-    """Yields the arguments of the terms of an answer set with a name and so many arguments."""
+    """Yields the arguments of an answer set's terms with a given name and arity."""
     for text in symbols:
         if text.startswith(name):
             arguments = split_term(text)[1]
@@ -492,7 +492,7 @@ def _terms(symbols: Sequence[str], name: str, count: int) -> Iterator[List[str]]
 
 
 def _numbers(symbols: Sequence[str], name: str, count: int) -> Iterator[List[int]]:
-    """Yields the arguments of such terms as numbers, if all are numbers."""
+    """Yields the arguments of such terms as integers, if all of them are."""
     for arguments in _terms(symbols, name, count):
         numbers = [number(argument) for argument in arguments]
         if None not in numbers:

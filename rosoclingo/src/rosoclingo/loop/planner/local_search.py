@@ -54,7 +54,7 @@ class LocalSearch:
         shows: bool = False,
         lengthen: Callable[[], bool] = lambda: False,
     ) -> Incumbent:
-        """Improves a plan until told to stop, or until it is proven the best.
+        """Improves a plan until told to stop, or until it is proven optimal.
 
         Args:
             best: The plan. If it says nothing of its choices, everything is searched at once.
@@ -123,7 +123,7 @@ class LocalSearch:
         kept: Sequence[wire.Assumed],
         stopped: Callable[[], bool],
     ) -> Incumbent:
-        """Returns the best plan that was found under some assumptions, or within some limits."""
+        """Returns the best plan found under some assumptions, or within some limits."""
         found: List[wire.Improvement] = []
         bound = wire.CostBound(below(best.cost))
         outcome = self.solver.solve((*kept, bound), stopped, found.append)

@@ -1,6 +1,6 @@
-"""Searches several horizons in turn, where one after the other takes too long.
+"""Searches several horizons in turn, where searching them one by one takes too long.
 
-The plan that is found first is kept for its horizon: a mode that asks for one horizon after the
+The plan that is found first is kept for its horizon: a mode that requests one horizon after the
 other is told that there is none before it. So modes need not know of this.
 """
 
@@ -33,7 +33,7 @@ def look_ahead(
     last: float,
     stopped: Callable[[], bool],
 ) -> SearchEnded:
-    """Searches horizons in turn until there is a plan, and asks for the first one again then.
+    """Searches horizons in turn until there is a plan, and restores the query of the first one.
 
     A search that optimises has the rest of its turn to find a better plan, but for the long turns
     of plans without pauses.
@@ -89,7 +89,7 @@ def look_for_cheaper(
     cost: Tuple[int, ...],
     stopped: Callable[[], bool],
 ) -> Optional[SearchEnded]:
-    """Searches horizons in turn for plans that cost less, and asks for the first one again then.
+    """Searches horizons in turn for cheaper plans, and restores the query of the first one.
 
     Args:
         solver: The planner's solver.
@@ -150,7 +150,7 @@ class _Query:
         self._assign(self._first)
 
     def move(self, horizon: int) -> None:
-        """Asks for plans with a horizon, whose steps are grounded before."""
+        """Grounds the steps of a horizon, and sets the query to it."""
         if horizon > self.grounded:
             self._ground(horizon)
             self.grounded = horizon
@@ -172,7 +172,7 @@ class _Unbroken:
 
     def __init__(self, run: Callable[[Sequence[wire.Command]], object], step: int) -> None:
         self._run = run
-        self._first = step + 2  # whose step before is the first one in which nobody acts yet
+        self._first = step + 2  # whose step before is the first one without an action
         self._next = self._first
 
     def __enter__(self) -> _Unbroken:

@@ -1,4 +1,4 @@
-"""Large neighbourhood search: which choices of a plan are kept while others are made anew.
+"""Large neighbourhood search: the choices of a plan that are kept, and those that are free.
 
 A plan says by terms ``keep(A,G,X)`` that its choice A, an atom, puts the group G, such as a task,
 beside X; or, by ``choices(F,I)``, that each atom F(...) in the answer set is a choice that puts its
@@ -25,7 +25,7 @@ from rosclingo.wire.term_text import number, split_term
 _KEEP, _CLOSE, _CHOICES = "keep(", "close(", "choices("
 _CRITICAL, _RESTRICTED, _CONSTRUCTED = "critical(", "restricted", "constructed"
 _SIZE = 8  # groups that are free at first
-_CRITICAL_SIZE = 4  # likewise, if only some are critical, as searches are harder then
+_CRITICAL_SIZE = 4  # of the first neighbourhood if only some are critical: searches are harder
 _GROWTH = 1.25  # of that when all neighbourhoods have been tried
 _SECONDS = 0.006  # for each free group that a search may take
 _CRITICAL_SECONDS = 0.003
@@ -73,7 +73,7 @@ class Neighbourhood:
 
     Attributes:
         groups: The groups, in order.
-        critical: Those around which a neighbourhood may have a better plan, likewise.
+        critical: Those around which a neighbourhood may have a better plan, in order.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class Neighbourhood:
 
     @classmethod
     def of(cls, symbols: Sequence[str]) -> Optional[Neighbourhood]:
-        """Reads an answer set; None if it says nothing of choices."""
+        """Reads an answer set; None if it shows no choices."""
         names = (_KEEP, _CLOSE, _CRITICAL)
         terms = [split_term(text) for text in symbols if text.startswith(names)]
         choices = [(a[0], a[1], a[2]) for name, a in terms if name == "keep" and len(a) == 3]
@@ -118,7 +118,7 @@ class Neighbourhood:
         ]
 
     def around(self, seed: str, size: int, dice: random.Random) -> Set[str]:
-        """Returns groups that are worth being free together.
+        """Returns groups that are worth freeing together.
 
         Args:
             seed: One of them.
@@ -143,7 +143,7 @@ class Neighbourhood:
 
 
 class Neighbourhoods:
-    """Says which neighbourhoods are tried, from small to large ones. Not thread-safe.
+    """Order and limits of the neighbourhoods, from small to large ones. Not thread-safe.
 
     Attributes:
         size: How many groups are free in the next one.
@@ -158,16 +158,16 @@ class Neighbourhoods:
 
     @property
     def seconds(self) -> float:
-        """How long one of them may be searched."""
+        """Time limit of one neighbourhood's search, in seconds."""
         return self.size * self._seconds
 
     @property
     def conflicts(self) -> int:
-        """After how many conflicts a search of one of them ends, if time has not ended it."""
+        """Conflict limit of one neighbourhood's search."""
         return self.size * _CONFLICTS
 
     def begin(self, plan: Neighbourhood) -> List[str]:
-        """A search begins with a plan.
+        """Starts with a plan.
 
         Returns:
             The groups that no plan before had, unless there was none.
@@ -180,16 +180,16 @@ class Neighbourhoods:
         return new
 
     def note_news(self) -> None:
-        """Something has come, so that the next better plan is shown soon."""
+        """Notes an input, so that the next better plan is shown soon."""
         self._show_seconds = _SHOW_SECONDS
 
     def until_shown(self) -> float:
-        """Returns how long a better plan may be kept back; the next time twice as long."""
+        """Returns how long a better plan may be held back; doubles each time."""
         seconds, self._show_seconds = self._show_seconds, 2 * self._show_seconds
         return seconds
 
     def seeds(self, plan: Neighbourhood) -> List[str]:
-        """Returns the groups around which a neighbourhood is worth a try, in their order."""
+        """Returns the groups around which neighbourhoods are tried, in order."""
         rounds = -(-len(plan.groups) // len(plan.critical))
         return [
             seed
@@ -198,5 +198,5 @@ class Neighbourhoods:
         ]
 
     def grow(self) -> None:
-        """Grows the neighbourhoods, as all of a size were tried in vain."""
+        """Grows the neighbourhoods, after all of a size were tried in vain."""
         self.size = int(self.size * _GROWTH)

@@ -68,12 +68,12 @@ class PlannerState:
     """Saved state of :class:`Planner`.
 
     Attributes:
-        demand: What its encoding is told by grounding, and asks for.
+        demand: The events that are told by grounding, and requests for parts.
         quality: How good the plan is; None if its encoding minimises nothing, or if that is not
             known.
         last_horizon: The last horizon that the mode may ask for; infinite without one, None if
             that is unknown, so that no horizon is looked ahead to.
-        layers: What is known of the layers of its plans.
+        layers: The layers of its plans, as far as they are decided.
         task_plan: The plan that is followed, where the encoding shows its task.
         is_thrifty: Whether a search that no goal needs has run out of memory, so that there are
             no more: for better plans, and ahead for longer ones.
@@ -86,7 +86,7 @@ class PlannerState:
     task_plan: FollowedPlan = field(default_factory=FollowedPlan)
     is_thrifty: bool = False
     _kept: Optional[KeptPlan] = None
-    _ahead: Set[int] = field(default_factory=set)  # steps grounded before the mode asks for them
+    _ahead: Set[int] = field(default_factory=set)  # steps grounded before the mode requests them
     _top: int = 0  # the last step that is grounded
     _is_timed: bool = False  # whether time has ended a search, so that plans depend on it
     _stays_near: bool = False  # whether the mode has stopped before a plan that was kept
@@ -143,14 +143,14 @@ class Planner(PlannerState):
 
     @property
     def _task_patience(self) -> float:
-        """For how many seconds of work a first plan of a task is improved; 0 for a moment."""
+        """Seconds of work for which a first plan of a task is improved; 0 for a moment."""
         if self.patience == DEFAULT_PATIENCE:
             return _AWAITED_SECONDS if self.is_awaited else 0.0
         return self.patience
 
     @property
     def _limit(self) -> float:
-        """After how many seconds an optimising search ends that has found a plan, 0 for never."""
+        """Seconds after which an optimising search with a plan ends; 0 for no limit."""
         if self.patience == DEFAULT_PATIENCE:
             return _PATIENCE if self.demand.improves else 0.0
         return self.patience
@@ -245,14 +245,14 @@ class Planner(PlannerState):
         return self.demand.ground(parts) if self.demand else wire.Ground(tuple(parts))
 
     def query(self, horizon: int, before: Optional[int], steps: Sequence[int]) -> None:
-        """Asks for plans with a horizon.
+        """Sets the query to a horizon.
 
         While there is a plan that stands, that has time until the planner is needed.
 
         Args:
             horizon: The step at which all has to be done.
             before: The horizon that was asked for before, if that was another one.
-            steps: What is to be grounded for it.
+            steps: The steps to be grounded for it.
 
         Raises:
             PlannerError: A command failed.
@@ -313,7 +313,7 @@ class Planner(PlannerState):
             looks_ahead: Whether further horizons may be searched, too, if it takes too long.
 
         Raises:
-            PlannerError: The encoding asks for what there is not.
+            PlannerError: The encoding requests a part that does not exist.
         """
         if stopped():
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
@@ -348,7 +348,7 @@ class Planner(PlannerState):
     def _search_plain(
         self, step: int, horizon: int, stopped: Callable[[], bool], looks_ahead: bool
     ) -> wire.Outcome:
-        """Searches with an encoding that is grounded step by step, and asks for nothing."""
+        """Searches with an encoding that is grounded step by step, without requests for parts."""
         kept = self._kept
         if kept is not None and horizon <= kept.horizon and looks_ahead:
             is_there = horizon == kept.horizon
@@ -411,7 +411,7 @@ class Planner(PlannerState):
 
     @contextlib.contextmanager
     def _spare(self) -> Iterator[None]:
-        """A context of a search that is given up for good if it runs out of memory.
+        """A context of a search that is given up permanently if it runs out of memory.
 
         Raises:
             SpareMemoryError: It has.
@@ -424,14 +424,14 @@ class Planner(PlannerState):
 
     @property
     def _takes_turns(self) -> bool:
-        """Tells whether horizons may take turns, so that plans may be longer than needed."""
+        """Whether horizons may take turns, so that plans may be longer than needed."""
         may = self.one_by_one_seconds > 0 and not self.is_thrifty
         return may and not self.recorded.knows_searches
 
     def _find_rest(
         self, step: int, horizon: int, stopped: Callable[[], bool]
     ) -> Optional[SearchEnded]:
-        """Finds the rest of the plan that is followed again, where that took long to find.
+        """Searches for the rest of the followed plan again, where that took long to find.
 
         So no plan takes its place that ends later, as often as the planner is asked: after each
         answer, and after each reset.
@@ -457,15 +457,15 @@ class Planner(PlannerState):
         return SearchEnded(Ended.AHEAD, symbols, quality, horizon=horizon, grounded=self._top)
 
     def warn_of_search(self, warn: Callable[[str], None]) -> None:
-        """Has a function called with why the search for plans cannot be used."""
+        """Sets the callback for the reason why the search for plans cannot be used."""
         self._tasks.warn = warn
 
     def warn_of_plans(self, warn: Callable[[str], None]) -> None:
-        """Has a function called with what is wrong with a plan of clingo's."""
+        """Sets the callback for faults in a plan of clingo's."""
         self._tasks.warn_of_plan = warn
 
     def know_ages(self, ages: Callable[[], Mapping[str, float]]) -> None:
-        """Has deadlines of requests count from when they have come.
+        """Sets the ages of requests, from which their deadlines count.
 
         Args:
             ages: Returns how many seconds ago each request has come, by slots.
@@ -473,7 +473,7 @@ class Planner(PlannerState):
         self._tasks.ages = ages
 
     def show_tasks(self, show: Callable[[PlanningTask], None]) -> None:
-        """Has a function called with the planning task of each search that shows one."""
+        """Sets the callback for the planning task of each search that shows one."""
         self._tasks.show = show
 
     def note_last_horizon(self, last: Optional[float]) -> None:
@@ -481,12 +481,12 @@ class Planner(PlannerState):
         self.last_horizon = self.last_horizon if last is None else last
 
     def note_reset(self, step: int) -> None:
-        """Counts the steps of the plan that is followed from one of them on."""
+        """Renumbers the steps of the followed plan after a reset."""
         self._passed += step
         self.task_plan.passed += step
 
     def _take_ahead(self, ended: SearchEnded, horizon: int) -> wire.Outcome:
-        """Keeps the results for other horizons than the one that is asked for."""
+        """Keeps the results for horizons beyond the requested one."""
         if ended.how is Ended.AHEAD_CALLED:
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
         outcome = wire.Outcome(wire.Result.UNSAT)
@@ -497,7 +497,7 @@ class Planner(PlannerState):
         return outcome if horizon == ended.horizon else wire.Outcome(wire.Result.UNSAT)
 
     def _ground_ahead(self, last: int) -> None:
-        """Grounds all steps up to one that the mode has not asked for yet."""
+        """Grounds all steps up to one that the mode has not requested yet."""
         steps = range(self._top + 1, last + 1)
         if steps:
             self.run(*map(self._grounding, steps))
@@ -505,7 +505,7 @@ class Planner(PlannerState):
             self._top = last
 
     def give_up_ahead(self) -> bool:
-        """Forgets a plan for a horizon that the mode does not ask for, and looks for none again.
+        """Drops a plan for a horizon that the mode does not request, and stops looking ahead.
 
         Returns:
             Whether there was one, so that shorter horizons were answered though not searched.
@@ -519,17 +519,17 @@ class Planner(PlannerState):
 
     @property
     def _is_hasty(self) -> bool:
-        """Tells whether a first plan of many tasks goes out at once, to be improved later."""
+        """Whether a first plan of many tasks goes out at once, to be improved later."""
         return self.patience == DEFAULT_PATIENCE and not self.is_awaited
 
     @property
     def is_short(self) -> bool:
-        """Tells whether the plan lacks what one may have that takes more time to find."""
+        """Whether the plan lacks something that a longer search may add."""
         return self.demand.improves and self.layers.missing > 0
 
     @property
     def may_improve(self) -> bool:
-        """Tells whether it is worth looking for a better plan than the one that stands."""
+        """Whether a search for a better plan than the current one is worthwhile."""
         if self.is_short:
             return not self._is_through
         if self.demand:
@@ -543,7 +543,7 @@ class Planner(PlannerState):
     def improve(
         self, step: int, stopped: Callable[[], bool], *, horizon: int = 0
     ) -> Optional[wire.Outcome]:
-        """Looks for a better plan than the one that stands, until told to stop or through.
+        """Searches for a better plan than the current one, until told to stop or through.
 
         That is for an encoding that has opted in, see ``Demand.improves``: it is not stopped before
         it is known what the plan costs that stands. And for a plan beyond the shortest horizon, in
@@ -561,7 +561,7 @@ class Planner(PlannerState):
             The better plan; None if none was found.
 
         Raises:
-            PlannerError: The encoding asks for what there is not.
+            PlannerError: The encoding requests a part that does not exist.
             SpareMemoryError: It ran out of memory.
         """
         with self._spare():
@@ -570,7 +570,7 @@ class Planner(PlannerState):
             return self._improve_plain(step, horizon, stopped)
 
     def _improve_demand(self, step: int, stopped: Callable[[], bool]) -> Optional[wire.Outcome]:
-        """Looks for a cheaper plan of an encoding that is grounded on demand."""
+        """Searches for a cheaper plan of an encoding that is grounded on demand."""
         self.run(self.demand.begin_search(step, "search", "improve"))
         seconds = self._more_seconds if self.is_short else 0.0
         ended, better = self._searching(step).improve(stopped, seconds=seconds)
@@ -590,7 +590,7 @@ class Planner(PlannerState):
     def _improve_plain(
         self, step: int, horizon: int, stopped: Callable[[], bool]
     ) -> Optional[wire.Outcome]:
-        """Looks for a cheaper plan, or, if the encoding minimises nothing, for a shorter one."""
+        """Searches for a cheaper plan, or, if the encoding minimises nothing, for a shorter one."""
         ended = self.recorded.search_due(*IMPROVING)
         if ended is None:
             plan = Plan(self._symbols)
@@ -645,7 +645,7 @@ class Planner(PlannerState):
         )
 
     def _varies(self) -> bool:
-        """Returns whether its plans depend on time, or, with several threads, on chance."""
+        """Whether its plans depend on time, or, with several threads, on chance."""
         if self._is_timed:
             return True
         if self._has_threads is None:
@@ -654,14 +654,14 @@ class Planner(PlannerState):
         return bool(self._has_threads)
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
-        """Returns whether there is any, be it the best one or not; None if told to stop before."""
+        """Whether there is any answer set, optimal or not; None if told to stop before."""
         if stopped():
             return None
         self.run()  # what is still to be told
         return self._searching(0).has_answer_set(stopped)
 
     def avoid(self, action: Action, steps: Sequence[int], stopped: Callable[[], bool]) -> None:
-        """Has the plans until :meth:`end_avoiding` do without an action, if there is one.
+        """Forbids an action in all plans until :meth:`end_avoiding`.
 
         Args:
             action: The action; its step does not count.
@@ -684,11 +684,11 @@ class Planner(PlannerState):
 
     @property
     def avoids(self) -> bool:
-        """Whether plans do without an action, as :meth:`avoid` says."""
+        """Whether an action is forbidden by :meth:`avoid`."""
         return bool(self._avoiding)
 
     def end_avoiding(self) -> None:
-        """Allows again what :meth:`avoid` has forbidden."""
+        """Allows the action again that :meth:`avoid` has forbidden."""
         avoiding, self._avoiding = self._avoiding, []
         if avoiding:
             self.run(*(wire.ReleaseExternal(name) for name in avoiding))
@@ -698,7 +698,7 @@ class Planner(PlannerState):
         return read_externals(self.run(wire.GetExternals()))
 
     def set_external(self, atom: str, value: wire.Truth) -> bool:
-        """Sets an external as a mode says; nothing happens if it is none, as in clingo.
+        """Sets an external for a mode; ignores atoms that are no externals, as clingo does.
 
         An encoding that has opted in learns a ``query(T)`` together with what it is told.
 
@@ -719,7 +719,7 @@ class Planner(PlannerState):
         self._requests.declare(self.demand, pairs)
 
     def tell(self, atoms: Sequence[str]) -> List[Tuple[str, str]]:
-        """Makes events true: by their externals, or in the way in which the encoding is told them.
+        """Makes events true: by their externals, or by grounding.
 
         Returns:
             The atoms that the encoding does not know, each with the reason.

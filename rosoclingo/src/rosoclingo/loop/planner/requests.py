@@ -128,7 +128,7 @@ class Requests:
 
 
 def read_externals(reply: wire.Reply) -> Dict[str, wire.Truth]:
-    """Returns all externals with their values, of the reply to who has asked for these alone."""
+    """Returns the externals with their values from a reply to ``get_externals`` alone."""
     (answer,) = reply.answers
     assert isinstance(answer, wire.Externals)
     return dict(answer.values)

@@ -1,7 +1,7 @@
 """Searches of the planner: time limits, costs, and the outcomes that a replay needs.
 
-What is found in a given time depends on how quick the machine is, and what several threads find is
-up to chance. So the outcomes of such searches are noted, and a replay takes them from there instead
+The result of a search with a time limit depends on the speed of the machine, and that of several
+threads is random. So the outcomes of such searches are recorded, and a replay uses them instead
 of searching.
 """
 
@@ -43,18 +43,18 @@ class Searching:
 
     Attributes:
         solver: The planner's solver.
-        demand: What its encoding asks for.
+        demand: The parts that its encoding requests.
         run: Runs commands.
         patience: After how many seconds it ends if it optimises and has found a plan; 0 for when
             it is through.
-        first: Likewise for a plan that says its choices, if that is another time.
+        first: The same for a plan that shows its choices, if that is another time.
         awaits_layers: Whether ``patience`` counts for plans in layers, too: else, their first plan
             is taken.
         task_patience: For how many seconds of work a first plan of a task is improved; 0 for a
             moment.
         neighbourhoods: Says what of a plan is searched anew.
         recorded: Knows in a replay how it ends, if that depends on time.
-        note: Called with how it has ended, likewise.
+        note: Called with how it has ended, if that depends on time.
         layers: What is known of the layers of its plans.
         tasks: Finds plans for its tasks.
         step: The current step.
@@ -94,20 +94,20 @@ class Searching:
         compares: bool = False,
         rounds: int = 0,
     ) -> Tuple[wire.Outcome, Optional[Quality]]:
-        """Searches until an answer set asks for nothing new.
+        """Searches until an answer set requests no new part.
 
         Args:
             stopped: Whether it has to end.
             quality: How good the plan before is, which may be found again.
             compares: Whether to begin with what is left of the plan before.
-            rounds: How many answer sets have asked for something already.
+            rounds: How many answer sets have requested parts already.
 
         Returns:
             How the last search ended; interrupted also if one before it was cut off. And how good
             the plan is, if that is known.
 
         Raises:
-            PlannerError: The encoding asks for what there is not, or without end.
+            PlannerError: The encoding requests a part that does not exist, or endlessly many.
         """
         if not rounds:
             self.neighbourhoods.note_news()
@@ -152,7 +152,7 @@ class Searching:
                 bound = found.bound if found else ()
             if found is not None and bound is not None:
                 found = dataclasses.replace(found, bound=bound)
-            # An encoding that looks for better plans asks for something in each new one, and has
+            # An encoding that looks for better plans requests parts in each new one, and has
             # decided then what that costs.
             # One that constructs a plan may have decided all.
             is_new = bool(self.demand) and (
@@ -175,7 +175,7 @@ class Searching:
     def improve(
         self, stopped: Callable[[], bool], *, seconds: float = 0.0
     ) -> Tuple[SearchEnded, Optional[wire.Outcome]]:
-        """Looks for a better plan than the one that stands.
+        """Searches for a better plan than the current one.
 
         Args:
             stopped: Whether it has to end, once it is known what that one costs; what it has found
@@ -187,7 +187,7 @@ class Searching:
             How it has ended, and the better plan; None if none was found.
 
         Raises:
-            PlannerError: The encoding asks for what there is not.
+            PlannerError: The encoding requests a part that does not exist.
         """
         ended = self.recorded.search_due(*IMPROVING)
         if ended is None and self.demand.has_tasks:
@@ -214,7 +214,7 @@ class Searching:
     def _improve_for_task(
         self, stopped: Callable[[], bool], seconds: float
     ) -> Optional[SearchEnded]:
-        """Looks for a better plan for the task; returns None if clingo has to look for it."""
+        """Searches for a better plan for the task; returns None if clingo has to do that."""
         self.tasks.read_facts(self.demand.ground)
         symbols = self.solver.solve().symbols
         self.tasks.note_task(symbols)
@@ -236,7 +236,7 @@ class Searching:
         *,
         compares: bool,
     ) -> SearchEnded:
-        """Finds out how many layers the plan has.
+        """Finds the plan's number of layers.
 
         Args:
             wanted: What an answer set says of them.
@@ -259,7 +259,7 @@ class Searching:
     def _find_beside_tasks(
         self, wanted: WantedLayers, stopped: Callable[[], bool], *, compares: bool
     ) -> SearchEnded:
-        """Finds layers, or takes the plan of the search for the task, whichever is first."""
+        """Finds layers, or takes the plan of the task search, whichever is first."""
         same = self._same() if compares else None
         ended = self._layered.find(wanted, lambda: stopped() or self.tasks.is_ready, same=same)
         if ended.how is Ended.CALLED and not stopped():
@@ -287,7 +287,7 @@ class Searching:
         return ended.quality
 
     def _gather(self, number: str) -> wire.Outcome:
-        """Has the encoding look for layers, and returns its answer set."""
+        """Has the encoding search for layers, and returns its answer set."""
         self._has_gathered = True
         self.run(
             self.demand.ground([wire.Part("gather", (number,))]),
@@ -296,7 +296,7 @@ class Searching:
         return self.solver.solve()
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
-        """Returns whether there is any, be it the best one or not; None if told to stop before."""
+        """Whether there is any answer set, optimal or not; None if told to stop before."""
         found: List[wire.Improvement] = []
         outcome = self.solver.solve((), lambda: bool(found) or stopped(), found.append)
         if found or outcome.result is wire.Result.SAT:
@@ -351,7 +351,7 @@ class Searching:
         return SearchEnded(Ended.AS_BEFORE, outcome.symbols, missing=found.missing)
 
     def _keep_layers(self) -> bool:
-        """Sets the layers to those that the rest of the plan has, if there is any."""
+        """Sets the number of layers to that of the rest of the plan, if there is any."""
         wanted = self._layered.wanted(self.solver.solve().symbols)
         if wanted is None or not wanted.before:
             return False
@@ -359,7 +359,7 @@ class Searching:
         return True
 
     def _same(self) -> wire.Assumption:
-        """Returns the assumption that the plan is the one before, as far as it is left."""
+        """Returns the assumption that keeps the rest of the plan before."""
         return wire.Assumption(f"{_AS_BEFORE}({self.demand.searches})", True)
 
     def _be_called(self, number: int, *, is_recorded: bool = False) -> wire.Outcome:
@@ -380,7 +380,7 @@ class Searching:
         compares: bool,
         best: Optional[Incumbent],
     ) -> Tuple[wire.Outcome, Optional[Quality]]:
-        """Searches until told to stop, or, with a model, for as long as is allowed.
+        """Searches until told to stop, or, with a model, until the time limit.
 
         Args:
             stopped: Whether it has to end.
@@ -412,7 +412,7 @@ class Searching:
     def _solve_in_time(
         self, stopped: Callable[[], bool], *, compares: bool, best: Optional[Incumbent]
     ) -> Tuple[wire.Outcome, Optional[Quality]]:
-        """Searches for as long as is allowed; ``interrupted`` is set if that was too short."""
+        """Searches within the time limit; ``interrupted`` is set if that was too short."""
         found: List[wire.Improvement] = []
         limit = self.patience if not self.recorded.knows_searches else 0.0
         now = self.clock.now
@@ -464,7 +464,7 @@ class Searching:
                 return wire.Outcome(wire.Result.UNKNOWN, interrupted=True), None
             bound = () if is_restricted(best.symbols) else bound
         if best.is_best or (self.demand.improves and not self.demand.asks(best.symbols)):
-            # If it asks for nothing, it stands, or an answer set before has decided it: there is no
+            # If it requests no part, it stands, or an answer set before has decided it: there is no
             # other.
             outcome = wire.Outcome(wire.Result.SAT, symbols=best.symbols)
             return outcome, Quality(best.cost, best.cost)
@@ -472,7 +472,7 @@ class Searching:
         return outcome, Quality(best.cost, bound)
 
     def _goes_on(self, symbols: Sequence[str]) -> bool:
-        """Whether a first plan is improved by searches of their own: by parts, or within limits."""
+        """Whether a first plan is improved by further searches: by parts, or within limits."""
         is_limited = not self.clock.is_seen and WantedLayers.of(symbols) is None
         return says_choices(symbols) or is_limited
 

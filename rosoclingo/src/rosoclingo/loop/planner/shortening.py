@@ -1,7 +1,7 @@
-"""Anytime improvement of a plan: looks for a shorter or cheaper one while one is executed.
+"""Anytime improvement: searches for a shorter or cheaper plan while the current one is executed.
 
 The horizon stays as it is, so that modes need not know of this. A shorter plan is one in which
-nobody does anything from some step on: for each step there is an external that forbids actions. A
+no action is done from some step on: for each step there is an external that forbids actions. A
 cheaper one is looked for where the encoding says what plans cost.
 """
 
@@ -30,7 +30,7 @@ def shorten(
     horizon: int,
     stopped: Callable[[], bool],
 ) -> SearchEnded:
-    """Searches for a plan whose last action comes earlier, until there is none or it is stopped.
+    """Searches for plans whose last action comes earlier, until none is left or it is stopped.
 
     After each success it tries to save twice as many steps. What was done up to the current step
     stays, also where the encoding is not told of it.
@@ -85,7 +85,7 @@ def cheapen(
     step: int,
     stopped: Callable[[], bool],
 ) -> SearchEnded:
-    """Searches for a plan that costs less, until there is none or it is stopped.
+    """Searches for cheaper plans, until none is left or it is stopped.
 
     What was done up to the current step stays, as for :func:`shorten`.
 
@@ -128,7 +128,7 @@ def _until(plan: Plan, step: int) -> List[Action]:
 
 
 def _can_assume(solver: Solver, plan: Plan) -> bool:
-    """Returns whether a plan's actions are atoms, not shown terms, of which nothing is proven."""
+    """Whether a plan's actions can be assumed: they are atoms, not shown terms."""
     found: List[wire.Improvement] = []
     assumed = [wire.Assumption(str(action), True) for action in plan.actions_from(0)]
     outcome = solver.solve(assumed, lambda: bool(found), found.append)
@@ -138,7 +138,7 @@ def _can_assume(solver: Solver, plan: Plan) -> bool:
 def _solve(
     solver: Solver, past: Sequence[Action], stopped: Callable[[], bool], is_jump: bool
 ) -> Tuple[wire.Outcome, Tuple[str, ...]]:
-    """Returns how a search ends, and the last answer set that it has found."""
+    """Returns the end of a search, and the last answer set that it has found."""
     found: List[wire.Improvement] = []
     end = time.monotonic() + _JUMP_SECONDS
     assumed = [wire.Assumption(str(action), True) for action in past]

@@ -1,4 +1,4 @@
-"""Searches for first plans and better ones outside of clingo, in a process of its own.
+"""Searches for first plans and better ones outside of clingo, in a separate process.
 
 An encoding with the parts ``facts`` and ``task(k)`` shows its planning task by rows, see
 ``lib/task.lp``. A plan that is found for it is told to the encoding by parts: ``occ(R,A,N,K)`` and
@@ -52,7 +52,7 @@ _MOMENT_SECONDS = 0.15  # of work, for the place of new requests in the plan tha
 
 
 def task_of(symbols: Sequence[str]) -> str:
-    """Returns the number of the search whose task an answer set shows; empty if it shows none.
+    """Returns the number of the search whose task an answer set shows; empty without one.
 
     >>> task_of(["do(a,b,1)", "task(3)"])
     '3'
@@ -65,7 +65,7 @@ def task_of(symbols: Sequence[str]) -> str:
 
 @contextlib.contextmanager
 def _no_collection() -> Iterator[None]:
-    """A context in which Python does not collect garbage, for which it looks at all new objects.
+    """A context without Python's garbage collection, which would look at all new objects.
 
     A task consists of so many that this would take as long as reading it.
     """
@@ -80,7 +80,7 @@ def _no_collection() -> Iterator[None]:
 
 @dataclass
 class FollowedPlan:
-    """The plan that is followed, as far as the next search may go on with it; saved.
+    """The plan that is followed, from which the next search may continue; saved.
 
     Attributes:
         followed: Its actions, as the encoding shows them.
@@ -104,7 +104,7 @@ class TaskSearch:
         state: Returns the plan that is followed.
         show: Called with the task of each search for a first plan.
         warn: Called with why it cannot be used, so that clingo plans alone.
-        warn_of_plan: Called with what is wrong with a plan of clingo's.
+        warn_of_plan: Called with the fault of a plan of clingo's.
         ages: Returns how many seconds ago each request has come, by slots.
     """
 
@@ -124,7 +124,7 @@ class TaskSearch:
         self._since = 0  # since when plans are followed, if there is one for the last task
 
     def read_facts(self, ground: Callable[[Sequence[wire.Part]], wire.Command]) -> None:
-        """Reads what the encoding says in base, unless that is known.
+        """Reads the encoding's facts in base, once.
 
         It is not after a crash, and if the encoding has had no answer set until now.
 
@@ -141,7 +141,7 @@ class TaskSearch:
         self.run(wire.AssignExternal(_SHOWING, wire.Truth.FALSE))
 
     def follow(self, symbols: Sequence[str]) -> None:
-        """Takes a plan as the one that is followed from now on."""
+        """Sets the plan that is followed from now on."""
         state = self.state()
         state.followed, state.passed, state.since = plan_rows(symbols), 0, self._since
 
@@ -157,9 +157,9 @@ class TaskSearch:
     def find(
         self, symbols: Sequence[str], step: int, stopped: Callable[[], bool], patience: float
     ) -> Optional[SearchEnded]:
-        """Searches until there is a plan for all that is within reach, or until told to stop.
+        """Searches until there is a plan for all reachable requests, or until told to stop.
 
-        What is left of the plan before stays, if it is still possible, and what is new comes after
+        The rest of the plan before stays, if it is still possible, and new requests come after
         it.
 
         Args:
@@ -219,18 +219,18 @@ class TaskSearch:
 
     @property
     def is_ready(self) -> bool:
-        """Tells whether a search that has taken long has ended; for any thread."""
+        """Whether a long search has ended; for any thread."""
         return self._attempt is not None and self._attempt.is_ready
 
     def take(self) -> Optional[SearchEnded]:
-        """Returns what a search that has taken long has found; None without a plan."""
+        """Returns the plan of a long search; None without one."""
         attempt, self._attempt = self._attempt, None
         with contextlib.suppress(TaskError):
             return attempt.go_on() if attempt is not None else None
         return None
 
     def close(self) -> None:
-        """Ends a search that takes long."""
+        """Ends a long search."""
         if self._attempt is not None:
             self._attempt.close()
             self._attempt = None
@@ -238,7 +238,7 @@ class TaskSearch:
     def improve(
         self, symbols: Sequence[str], step: int, stopped: Callable[[], bool], seconds: float
     ) -> SearchEnded:
-        """Searches for a better plan than what is left of the one that is followed.
+        """Searches for a better plan than the rest of the followed one.
 
         It ends when told to stop; when there is a better one, after a while; or when it is through.
 
@@ -294,13 +294,13 @@ def _improved(
     work: float,
     enough: float = math.inf,
 ) -> Optional[List[int]]:
-    """Returns a better plan than the one that stands, which keeps what is begun; None without one.
+    """Returns a better plan that keeps begun actions; None without one.
 
     Args:
         task: The task.
-        plan: What is left of the plan that stands, with what was added to it.
+        plan: The rest of the current plan, with additions.
         stopped: Whether the search has to end.
-        rest: What is left of the plan that stands.
+        rest: The rest of the current plan.
         work: For how long it searches, in seconds of work.
         enough: After how many seconds of processor time it ends if it has a better plan.
     """
@@ -331,7 +331,7 @@ def _improved(
 
 
 def _names(task: PlanningTask, rest: Sequence[int]) -> List[int]:
-    """Returns a number for each action, the same one for the same action of several actuators.
+    """Returns a number for each action, shared by the same action of several actuators.
 
     It is -1 for ways, and for what the rest of a plan does not have.
     """
@@ -341,7 +341,7 @@ def _names(task: PlanningTask, rest: Sequence[int]) -> List[int]:
 
 
 class _Result(enum.Enum):
-    """How a search for some requests has ended."""
+    """The end of a search for some requests."""
 
     MET = enum.auto()
     NO_PLAN = enum.auto()  # which is proven
@@ -369,7 +369,7 @@ class _Attempt:
         self.missing = 0
 
     def begin(self) -> Optional[SearchEnded]:
-        """Searches alone for a while; returns what it has found, None if it goes on.
+        """Searches alone for a while; returns the plan, or None if the search goes on.
 
         Where variables are derived, no layers are looked for, so all is searched alone.
         """
@@ -404,7 +404,7 @@ class _Attempt:
         return found(self._number, self._task, self.plan, missing=self.missing)
 
     def go_further(self, plan: List[int], seconds: float, last: Container[str] = ()) -> _Attempt:
-        """Adds to a plan what meets further requests, one after the other, as far as possible.
+        """Extends a plan to meet further requests, one after the other, as far as possible.
 
         Args:
             plan: The plan.
@@ -421,13 +421,13 @@ class _Attempt:
         return self
 
     def _insert(self, rest: List[int]) -> None:
-        """Gives what was appended to the rest of the plan its place, as far as it is found soon."""
+        """Moves actions that were appended to the rest of the plan forward, within a budget."""
         work = self._patience or _MOMENT_SECONDS
         better = _improved(self._task, self.plan, self._stopped, rest=rest, work=work)
         self.plan = self.plan if better is None else better
 
     def go_on(self) -> Optional[SearchEnded]:
-        """Takes the result of the search that took long."""
+        """Takes the result of a long search."""
         is_found = self._take() is _Result.MET
         return found(self._number, self._task, self.plan) if is_found else None
 
@@ -442,7 +442,7 @@ class _Attempt:
             self._process = None
 
     def _search(self, wanted: Iterable[str], seconds: float) -> _Result:
-        """Extends the plan so that it meets some requests; a search that is late goes on.
+        """Extends the plan to meet some requests; a search that is late goes on.
 
         In that case, it is extended by what meets some of them, if that is known.
         """
@@ -484,7 +484,7 @@ class _Attempt:
 def found(
     number: str, task: PlanningTask, plan: Sequence[int], *, missing: Optional[int] = None
 ) -> SearchEnded:
-    """Returns how a search has ended that has found a plan.
+    """Returns the end of a search that has found a plan.
 
     Args:
         number: The number of the search.

@@ -26,14 +26,14 @@ ANY_EVENT = "_,_"
 _LONGEST = 200  # characters of a request for which it is looked what was meant
 _MOST_ALIKE = 1000  # requests, or arguments at a place, with which it is compared
 
-_OWN = frozenset(("_", PASSED, INTERRUPTED, BUSY))  # nobody says them, or rosoclingo alone does
+_OWN = frozenset(("_", PASSED, INTERRUPTED, BUSY))  # never messages, or rosoclingo's own
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
 
 
 @dataclass
 class Vocabulary:
-    """The events that the planner's encoding declares, whatever the step; all of it is saved.
+    """The events that the planner's encoding declares, in any step; all of it is saved.
 
     Attributes:
         ONLY_GROWS: That nothing is removed from its sets, so that one that is as long is the same.
@@ -61,11 +61,11 @@ class Vocabulary:
         self._grounded = grounded
 
     def knows(self, pairs: Sequence[Pair], grounded: int) -> bool:
-        """Whether there is one of these events; none is missed before a step after step 0."""
+        """Whether one of these events is declared; none is missed before a step after step 0."""
         return grounded <= 1 or any(self.has(*pair) for pair in pairs)
 
     def is_sure(self, pairs: Sequence[Pair], grounded: int) -> bool:
-        """Whether it has seen all steps, if so many are grounded."""
+        """Whether it has seen all grounded steps."""
         return self._grounded == grounded
 
     def has(self, source: str, content: str) -> bool:
@@ -84,7 +84,7 @@ class Vocabulary:
         return explain(content, [pair[len(source) + 1 :] for pair in self._of(f"{source},")])
 
     def suggest(self, source: str, content: str, others: Collection[str]) -> str:
-        """Asks "did you mean" a known message that is like an unknown one; empty if none is.
+        """Returns "did you mean" with a known message that is like an unknown one; else empty.
 
         Args:
             source: The id of a message that there is not.
@@ -101,7 +101,7 @@ class Vocabulary:
 
 
 class ToldVocabulary:
-    """Cache of the events that are declared by an encoding which is told them by grounding.
+    """Cache of declared events, for an encoding that is told its events by grounding.
 
     Its examples spare it questions: a request is unknown which has an argument that no example of
     its form has at this place. The constant ``any`` in an example stands for every term.
@@ -109,7 +109,7 @@ class ToldVocabulary:
 
     def __init__(self, demand: Demand, slots: Iterable[str]) -> None:
         self._demand = demand
-        self._slots = frozenset(slots)  # requests come from them, and from nobody else
+        self._slots = frozenset(slots)  # the only sources of requests
         self._arguments: Dict[Tuple[str, int], List[Set[str]]] = {}  # of the examples of each form
         for _, example in demand.requests:
             name, arguments = split_term(example)
@@ -122,7 +122,7 @@ class ToldVocabulary:
         return any(self._demand.declared.get(pair, False) for pair in pairs)
 
     def is_sure(self, pairs: Sequence[Pair], grounded: int) -> bool:
-        """Whether it was asked about all of the pairs, or need not be."""
+        """Whether all of the pairs were asked about, or need not be."""
         return all(pair in self._demand.declared or self._is_foreign(pair) for pair in pairs)
 
     def _is_foreign(self, pair: Pair) -> bool:
@@ -165,7 +165,7 @@ def _is_one_of(term: str, known: Collection[str]) -> bool:
 
 
 def _fits(term: str, example: str) -> bool:
-    """Whether a term is an example, with any term in the place of ``any``."""
+    """Whether a term is like an example, in which ``any`` stands for every term."""
     if example in (term, "any"):
         return True
     (name, arguments), (same, others) = split_term(term), split_term(example)
@@ -181,7 +181,7 @@ def explain(request: str, known: Sequence[str], *, are_examples: bool = False) -
 
     Args:
         request: The request, as clingo prints it.
-        known: The known ones likewise, and what else is known.
+        known: The known ones with their sources, and what else is known.
         are_examples: Whether others are known that have the same arguments at the same places.
     """
     meant = _meant(request, known, are_examples)
@@ -209,14 +209,14 @@ def _reason(request: str, known: Sequence[str]) -> str:
 
 
 def no_request_like(request: str, known: Sequence[str]) -> str:
-    """Says that a request is unknown, and which one is not."""
+    """Returns that a request is unknown, and names a known one."""
     example = next((other for other in known if "(" in other), "")
     example = f"; one that it knows is {shorten(example)}" if example else ""
     return f"there is no request like {shorten(request)}{example}"
 
 
 def suggest(source: str, content: str, known: KnownMessages) -> str:
-    """Asks "did you mean" a known message that is like an unknown one; empty if none is.
+    """Returns "did you mean" with a known message that is like an unknown one; else empty.
 
     >>> suggest("info", "opne(3)", {"info": {"open(3)", "open(4)"}, "robot": {"success"}})
     '; did you mean open(3)?'
@@ -273,7 +273,7 @@ def _meant(request: str, known: Sequence[str], are_examples: bool) -> str:
 
 
 def _fill(arguments: List[str], rows: List[List[str]], are_examples: bool) -> List[str]:
-    """Puts the closest known argument in the place of each unknown one; an empty one if none is.
+    """Replaces each unknown argument by the closest known one; by an empty one if none is.
 
     Args:
         arguments: The arguments of a request.
@@ -309,7 +309,7 @@ def _shape(arguments: Sequence[str]) -> Tuple[int, ...]:
 
 
 def _is_shaped(arguments: Sequence[str], shapes: Iterable[Tuple[int, ...]]) -> bool:
-    """Tells if arguments repeat each other at the same places as in a known request."""
+    """Whether arguments repeat each other at the same places as in a known request."""
     return any(
         all(
             (one == other) == (first == second)

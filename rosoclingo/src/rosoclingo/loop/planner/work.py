@@ -1,4 +1,4 @@
-"""Budgets of work: how long searches may take, whatever else the machine has to do.
+"""Work budgets: limits of searches that do not depend on the load of the machine.
 
 The unit is about a second of a processor. The solver's conflicts are counted for that, and weighed
 by the size of its problem: so a budget depends neither on other processes nor on chance, and the
@@ -69,7 +69,7 @@ class Work(Forwarding):
         return outcome
 
     def limit(self, seconds: float) -> wire.ConflictLimit:
-        """Returns the limit of a search that may take so many seconds of work."""
+        """Returns the limit of a search for a budget in seconds of work."""
         if self._may_read:
             self._may_read = False
             self._size = self._read("problem", "generator", "vars")
@@ -80,7 +80,7 @@ class Work(Forwarding):
         return _PER_CONFLICT + _PER_CONFLICT_AND_VARIABLE * self._size
 
     def _read(self, *keys: str) -> float:
-        """Returns a number of clingo's statistics about the last search; 0 if it is not there."""
+        """Returns a value of clingo's statistics about the last search; 0 if it is missing."""
         values: Any = read_statistics(self)
         for key in keys:
             values = values.get(key, {})
@@ -101,7 +101,7 @@ class SearchClock:
         return time.monotonic()
 
     def limits(self, until: float) -> Tuple[wire.ConflictLimit, ...]:
-        """Returns what ends a search at a time that :meth:`now` does not see during a search."""
+        """Returns the solver's limits for a deadline, if :meth:`now` stops during a search."""
         return ()
 
 

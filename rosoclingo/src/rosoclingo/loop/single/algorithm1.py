@@ -38,7 +38,7 @@ class Stage(enum.Enum):
     EXTEND = "extend"  # the horizon, for a plan
     GROW = "grow"  # the horizon, for a step
     QUERY = "query"  # a plan for a horizon whose steps are grounded
-    OPEN = "open"  # likewise, for a step
+    OPEN = "open"  # the same, for a step
     BACK = "back"  # there was no plan, and the reason is gone
     START = "start"  # the first plan has been published
     WAIT = "wait"  # for the first goal
@@ -156,7 +156,7 @@ class Algorithm1:
         return f"assign_external(query({self.position.horizon}),{str(value).lower()})"
 
     def _ground(self) -> str:
-        """Grounds the steps before the first, and asks for a plan up to the first."""
+        """Grounds the steps before the first, and sets the query to the first."""
         step = self.position.grounded + 1
         if step > self._first:
             return self._go(Stage.PLAN, self._query(True))
@@ -178,7 +178,7 @@ class Algorithm1:
         return self._extend(Stage.EXTEND, info.horizon)
 
     def _extend(self, follows: Stage, needed: Optional[int]) -> str:
-        """Asks for the goal one step later, or at the horizon that the plan needs."""
+        """Moves the goal one step later, or to the horizon that the plan needs."""
         horizon = max(self.position.horizon + 1, needed or 0)
         return self._go(follows, self._query(False), horizon=horizon)
 

@@ -47,7 +47,7 @@ class Dialect2(Forwarding):
 class _Translation(Dialect2, abc.ABC):
     """Base class of the two older dialects, in which the past is told by grounding program parts.
 
-    The loop asks for externals of the dialect 2.0 that encodings of these do not have. Those are
+    The loop uses externals of the dialect 2.0 that encodings of these do not have. Those are
     answered for here.
 
     Attributes:

@@ -174,8 +174,8 @@ def arrival_lines(time: float, now: float, came: float, limit: Optional[int]) ->
 
     Args:
         time: When it will be served, in seconds of world time.
-        now: What time it is, likewise.
-        came: When it has come, likewise.
+        now: The present, in seconds of world time.
+        came: When it has come, in seconds of world time.
         limit: So many seconds later it is due, by the plan; None if it is not.
     """
     said = [f"{EXPECTED} in {max(0, round(time - now))} s"]

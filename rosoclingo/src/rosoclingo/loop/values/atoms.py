@@ -25,13 +25,13 @@ EVENT = "event("
 """How the atom of each external event begins."""
 
 SAVE = f"{EVENT}save,"
-"""Likewise, of those by which the planner learns what holds in the beginning."""
+"""The prefix of events of the initial state."""
 
 PASSED = f"{EVENT}info,passed,"
-"""Likewise, of those that say that a step has gone by."""
+"""The prefix of events that say that a step has gone by."""
 
 COMMIT = f"{EVENT}commit,"
-"""Likewise, of those that say that an action was published."""
+"""The prefix of events that say that an action was published."""
 
 QUERY = "query("
 """How the external begins by which a plan is asked for, see :func:`query`."""
@@ -83,7 +83,7 @@ class Plan:
         begins: For each action of which the plan says that, when it begins at the earliest, in
             seconds by the clock that the encoding is told.
         serving: The action with which each goal is served of which the plan says that, by slots.
-        limits: Within how many seconds after they came goals are due, likewise.
+        limits: The seconds after arrival within which goals are due, by slots.
         uses_clock: Whether the encoding is to be told the time at each answer.
         retries: How often each action is tried again after a failure, and after how many seconds,
             for those of which the plan says that.

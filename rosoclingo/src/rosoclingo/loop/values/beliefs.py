@@ -47,7 +47,7 @@ _NECESSARY = {("belief", 3), ("observes", 3), ("unexplained", 2)}
 
 
 class Observation(NamedTuple):
-    """Something that was observed at a moment: the moments of an encoding have numbers."""
+    """An observation, at a numbered moment of the encoding."""
 
     of: str
     moment: int

@@ -85,7 +85,7 @@ class Environment:
         """
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
-        """Called by the loop's thread when there is no plan for these goals, likewise."""
+        """Called by the loop's thread when there is no plan for these goals; does not wait."""
 
     def finish_reasons(self) -> None:
         """Waits for explanations under way, because the loop is about to end."""

@@ -48,7 +48,7 @@ class GoalState:
             aborted as soon as the planner has canceled it.
         cancel_told: Whether the planner knows that it is to be canceled.
         came: When the loop has taken it, in seconds of world time.
-        is_first: Whether it gets a slot before others that came earlier; None if nobody has asked.
+        is_first: Whether it gets a slot before others that came earlier; None if undecided.
         overtaken: By how many of these it was overtaken in the queue.
         expected: When it will be served, as its client was told last, in seconds of world time.
     """
@@ -196,7 +196,7 @@ class Goals:
     Attributes:
         some_ended: Whether a goal has ended since this was last set to False.
         alone: How many of the first in the queue get a slot one by one, each with a plan of its
-            own, because one of them asks for too much.
+            own, because one of them needs too much.
     """
 
     def __init__(self) -> None:

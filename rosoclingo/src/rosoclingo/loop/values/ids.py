@@ -53,7 +53,7 @@ def why_no_actuator(term: str, slots: Collection[str]) -> Optional[str]:
 
     Args:
         term: The term, as clingo prints it.
-        slots: The ids of slots: nobody could tell a goal's request from an answer.
+        slots: The ids of slots: a goal's request could not be told from an answer.
     """
     what = RESERVED.get(term)
     if term in slots:
@@ -68,7 +68,7 @@ def why_no_message(source: str, content: str, slots: Collection[str]) -> Optiona
 
     Args:
         source: The source, as clingo prints it.
-        content: What it says, likewise.
+        content: Its content, as clingo prints it.
         slots: The ids of slots.
     """
     if source in slots:

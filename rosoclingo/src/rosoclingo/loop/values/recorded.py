@@ -26,7 +26,7 @@ class Recorded:
         knows_searches: Whether all time-dependent searches have known outcomes, so that time ends
             none; not after :meth:`forget`.
         knows_inputs: Whether all inputs are known, so that none follows from the time that passes;
-            likewise.
+            not after :meth:`forget`.
     """
 
     def __init__(

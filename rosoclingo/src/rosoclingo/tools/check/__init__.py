@@ -1,4 +1,4 @@
-"""Whether an encoding fits, before anything runs: what is written there, and what it does.
+"""Checks an encoding before anything runs: static analysis, examples and random runs.
 
 :mod:`.static` reads the encoding, and :mod:`.model` what it tells the library for actions.
 :mod:`.examples` plans what its author expects. :mod:`.search` makes random runs, at which

@@ -1,4 +1,4 @@
-"""Says whether an encoding fits: the command ``check.py``. Needs no ROS, but for ``--live``.
+"""The command ``check.py``, which checks an encoding. Needs no ROS, but for ``--live``.
 
 ``python3 -m rosoclingo.tools.check`` is ``rosrun rosoclingo check.py`` without ROS.
 """
@@ -66,7 +66,7 @@ def run(arguments: Sequence[str], look: Optional[LiveLook] = None) -> int:
 
 
 class Checking:
-    """Checks an encoding, and knows how far it is."""
+    """Checks an encoding, and knows its own progress."""
 
     def __init__(self, chosen: Chosen, look: Optional[LiveLook] = None) -> None:
         """Prepares the checks.
@@ -87,18 +87,18 @@ class Checking:
         return tuple(self._runner.commands)
 
     def done(self) -> str:
-        """Says what was done so far."""
+        """Returns a summary of the work so far."""
         episodes = 0 if self._search is None else self._search.episodes
         return f"{self._examples} examples, {episodes} episodes, {len(self._runner.commands)} runs"
 
     def missed(self) -> str:
-        """Reports that the time budget ran out; empty if all was tried."""
+        """Returns that the time budget ran out; empty if all was tried."""
         if not self._runner.is_over:
             return ""
         return f", and then the {self._chosen.seconds:g} s were over; --seconds S gives more"
 
     def findings(self) -> Iterator[Finding]:
-        """Yields what is wrong, as soon as it is found; nothing twice.
+        """Yields each finding as soon as there is one, without duplicates.
 
         Raises:
             RosclingoError: An option is wrong.

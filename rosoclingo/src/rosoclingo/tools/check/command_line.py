@@ -28,14 +28,14 @@ goal or a message is wrong."""
 
 @dataclass(frozen=True)
 class Chosen:
-    """What was typed.
+    """The parsed command line.
 
     Attributes:
         words: Files and options for clingo, in the words that ``plan.py`` takes.
         options: The same, for the planner.
         mode: A mode's name or path; empty for that which fits.
         requests: The only requests; none for those that the encoding declares.
-        messages: The only messages, with their sources; likewise.
+        messages: The only messages, with their sources; none for those that the encoding declares.
         episodes: How many random episodes there are, at most.
         seconds: How long the runs may take together; 0 for as long as they take.
         seed: Start of the random numbers.
@@ -54,12 +54,12 @@ class Chosen:
 
     @property
     def steps(self) -> int:
-        """The longest plan that was asked for; 0 if nothing was said."""
+        """The longest plan, by the constant ``steps``; 0 without that."""
         return max(0, number(constants(self.options.clingo).get("steps", "")) or 0)
 
 
 def parse(arguments: Sequence[str], *, knows_live: bool = True) -> Chosen:
-    """Reads the command line without the program's name; ends the process if it is none.
+    """Parses the command line without the program's name; ends the process on an error.
 
     Args:
         arguments: The command line.

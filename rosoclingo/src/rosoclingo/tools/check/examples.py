@@ -1,4 +1,4 @@
-"""What an author expects of an encoding: goals, and the plans that there are to be.
+"""Examples: goals, and the plans that the author of an encoding expects for them.
 
 Beside ``robot.lp`` may lie ``robot.examples``. Each line has arguments of ``plan.py``, and after
 ``=>`` what comes of them (docs/check.md, section "Examples"):
@@ -41,7 +41,7 @@ _NO_PLAN = re.compile(r"no plan|(?:no plan )?because(?: (.+))?")
 
 @dataclass(frozen=True)
 class Example:
-    """A run, and what its author expects.
+    """A run, and the outcome that the author expects.
 
     Attributes:
         words: The arguments of ``plan.py``.
@@ -65,7 +65,7 @@ class Example:
 
 
 def read_examples(encoding: str, files: Sequence[str] = ()) -> List[Example]:
-    """Returns the examples that lie beside an encoding, if there are any.
+    """Returns the examples in the file next to an encoding, if there is one.
 
     Args:
         encoding: The encoding.
@@ -87,7 +87,7 @@ def read_examples(encoding: str, files: Sequence[str] = ()) -> List[Example]:
 
 
 def read_example(line: str, encoding: Path, place: str, all_files: Sequence[str] = ()) -> Example:
-    """Reads a line.
+    """Parses a line.
 
     Args:
         line: Arguments of ``plan.py``, ``=>``, and what is expected. Files are seen from the
@@ -151,7 +151,7 @@ def _expecting(expected: str, words: Words, place: str) -> Example:
 
 
 def judge(example: Example, run: CheckedRun) -> List[Finding]:
-    """Returns the findings in the run of an example; none in a run that was cut."""
+    """Returns the findings in an example's run; none in a run that was cut."""
     if run.is_cut:
         return []
     said = list(_differences(example, run))
@@ -186,7 +186,7 @@ def _differences(example: Example, run: CheckedRun) -> Iterator[str]:
 
 
 def _other_causes(example: Example, run: CheckedRun) -> Iterator[str]:
-    """Says which of the expected reasons why there is no plan are none."""
+    """Yields which expected reasons for a missing plan were not found."""
     lost = [g for g in run.goals if g.status not in (Status.SUCCEEDED, Status.CANCELED)]
     answers: List[WhyAnswer] = []
     unanswered: List[str] = []

@@ -1,4 +1,4 @@
-"""What was found to be wrong, and how to see it."""
+"""Findings, each with the command that reproduces it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Words = Tuple[str, ...]
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that is wrong with an encoding.
+    """A fault of an encoding, with the command that reproduces it.
 
     Attributes:
         check: The name of what was checked, as in docs/check.md.
@@ -30,7 +30,7 @@ class Finding:
 
     @property
     def key(self) -> Tuple[str, str, str]:
-        """What tells findings apart, however long their runs are."""
+        """The identity of a finding, by which duplicates are dropped, whatever their runs."""
         return (self.check, self.place, "" if self.commands else self.text)
 
     def __str__(self) -> str:

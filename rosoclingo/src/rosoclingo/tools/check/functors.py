@@ -117,7 +117,7 @@ class _Reader:
 
 
 def unmatched_functions(program: Program) -> Iterator[UnmatchedFunction]:
-    """Yields the functions that unify with nothing, each of a place once."""
+    """Yields the functions that unify with nothing, once for each place."""
     reader = _Reader()
     reader.read(program)
     if reader.has_script:
@@ -150,7 +150,7 @@ def unmatched_functions(program: Program) -> Iterator[UnmatchedFunction]:
 
 
 class _Possible:
-    """The functions that can be at each place of the predicates that are defined.
+    """The functions that each argument of the defined predicates can have.
 
     Attributes:
         at: The functions; ``None`` for any.

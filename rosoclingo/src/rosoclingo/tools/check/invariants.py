@@ -1,4 +1,4 @@
-"""What has to be so in each run, whatever comes.
+"""Invariants of every run, whatever the inputs are.
 
 Each check is a function that takes a run and yields what is wrong, in a sentence; its name is that
 of the check in docs/check.md.
@@ -45,7 +45,7 @@ def warning(run: CheckedRun) -> Iterator[str]:
 
 
 def past(run: CheckedRun) -> Iterator[str]:
-    """What was done stays in each later plan, also what is done in the current step."""
+    """Done actions stay in each later plan, also those of the current step."""
     for plan in run.plans:
         for action in sorted(plan.published - set(plan.actions), key=str):
             yield f"the plan found in step {plan.elapsed} has no {action} any more, which was done"
@@ -101,7 +101,7 @@ def accepted(run: CheckedRun) -> Iterator[str]:
 
 
 def one_end(run: CheckedRun) -> Iterator[str]:
-    """A goal ends once, and one that is not to be cancelled is not canceled; none is rejected."""
+    """A goal ends once; it is canceled only after a cancel request, and never rejected."""
     for plan in run.plans:
         for slot, goal in plan.slots.items():
             ends = [(word, step) for own, word, step in plan.statuses if own == slot]
@@ -138,7 +138,7 @@ def ends(run: CheckedRun) -> Iterator[str]:
 
 
 def foretold(run: CheckedRun) -> Iterator[str]:
-    """If nothing unexpected comes, it takes as long as the plan says, and goals end as it says.
+    """Without unexpected inputs, a run takes as long as planned, and goals end as planned.
 
     Without a barrier, who answers first makes the steps: how many there are is not looked at.
     """
@@ -156,7 +156,7 @@ def foretold(run: CheckedRun) -> Iterator[str]:
 
 
 def _goes_on(last: FoundPlan, plan: FoundPlan) -> bool:
-    """Whether nothing has come between two plans, but what the first one has expected."""
+    """Whether only inputs that the first plan expected have come between two plans."""
     if [one for one in last.heard if one[0] != "does"] != [o for o in plan.heard if o[0] != "does"]:
         return False
     done = {goal for goal in plan.slots.values() if goal not in plan.over}
@@ -164,7 +164,7 @@ def _goes_on(last: FoundPlan, plan: FoundPlan) -> bool:
 
 
 def _other_ends(run: CheckedRun, last: FoundPlan, plan: FoundPlan) -> Iterator[str]:
-    """Says which goals end in another way than was planned."""
+    """Yields the goals that end otherwise than planned."""
     planned = planned_ends(last)
     for goal, word in planned_ends(plan).items():
         if goal in planned and planned[goal] != word:
@@ -178,13 +178,13 @@ def _other_ends(run: CheckedRun, last: FoundPlan, plan: FoundPlan) -> Iterator[s
 
 
 def _foretells(run: CheckedRun) -> bool:
-    """Whether the encoding says before how goals end."""
+    """Whether the encoding plans the ends of goals."""
     statuses = ((plan.step, word, step) for plan in run.plans for _, word, step in plan.statuses)
     return any(word in TERMINAL_STATUSES and step > now for now, word, step in statuses)
 
 
 def planned_ends(plan: FoundPlan) -> Dict[str, str]:
-    """Returns how the open goals end by a plan, by their numbers."""
+    """Returns the planned ends of the open goals, by their numbers."""
     open_goals = {s: goal for s, goal in plan.slots.items() if goal not in plan.over}
     words = ((open_goals[s], word) for s, word, _ in plan.statuses if s in open_goals)
     return {goal: word for goal, word in words if word in TERMINAL_STATUSES}

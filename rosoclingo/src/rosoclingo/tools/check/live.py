@@ -1,4 +1,4 @@
-"""Whether a running system fits an encoding: interfaces, sources of messages, versions, files.
+"""Compares a running system with an encoding: interfaces, message sources, versions, files.
 
 All of it is what the nodes say on their topics ``~about`` (docs/protocol.md, section "About").
 """
@@ -22,7 +22,7 @@ LiveLook = Callable[[], LiveNodes]
 
 
 def compare(nodes: LiveNodes, options: Options, alphabet: Alphabet) -> Iterator[Finding]:
-    """Yields what does not fit.
+    """Yields the differences between a running system and the encodings.
 
     Args:
         nodes: The running nodes.
@@ -47,7 +47,7 @@ def _finding(text: str) -> Finding:
 
 
 def _files(planner: Launched, options: Options) -> Iterator[Finding]:
-    """Says which files are others than those that were checked."""
+    """Yields the files of the running planner that differ from the checked ones."""
     running = {os.path.basename(path): text for path, text in planner.files.items()}
     checked = parse_files(options.files).texts
     for path, text in sorted(checked.items()):
@@ -63,7 +63,7 @@ def _files(planner: Launched, options: Options) -> Iterator[Finding]:
 
 
 def _versions(nodes: LiveNodes) -> Iterator[Finding]:
-    """Says which nodes have other versions of clingo, of those that have one."""
+    """Yields the nodes by version of clingo, if versions differ."""
     users: Dict[str, List[str]] = {}
     for name, node in sorted(nodes.items()):
         version = node.versions.get("clingo")
@@ -75,7 +75,7 @@ def _versions(nodes: LiveNodes) -> Iterator[Finding]:
 
 
 def _interfaces(nodes: LiveNodes, alphabet: Alphabet) -> Iterator[Finding]:
-    """Says which actuator has no interface, and which message no source."""
+    """Yields each actuator without an interface, and each message without a source."""
     served = [node.actuators for node in nodes.values() if node.actuators is not None]
     for actuator in alphabet.answers:
         if not any(actuator in actuators or not actuators for actuators in served):

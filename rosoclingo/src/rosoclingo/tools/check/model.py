@@ -1,4 +1,4 @@
-"""Mistakes in what an encoding tells the library for actions: docs/check.md, check ``model``.
+"""Modelling mistakes that the library for actions reports: docs/check.md, check ``model``.
 
 The library finds them itself, by its part ``doubts(k)``, after it has been told some requests. Here
 each of them gets its place in a file.
@@ -30,7 +30,7 @@ _ALONE = ("never", "unknown")  # doubts that count only if one request is told
 
 
 def look(options: Options, alphabet: Alphabet) -> Iterator[Finding]:
-    """Yields what the library for actions doubts; nothing for other encodings.
+    """Yields the modelling mistakes that the library for actions reports, if it is used.
 
     Args:
         options: The command line.
@@ -67,7 +67,7 @@ def look(options: Options, alphabet: Alphabet) -> Iterator[Finding]:
 
 
 def _rounds(alphabet: Alphabet) -> List[Sequence[Tuple[str, str]]]:
-    """Returns what is told together: each request alone, then one in each slot."""
+    """Returns the sets of requests to plan for: each request alone, then one in each slot."""
     kinds: Dict[str, List[str]] = {}
     for request in alphabet.requests:
         kinds.setdefault(split_term(request)[0], []).append(request)
@@ -80,14 +80,14 @@ def _rounds(alphabet: Alphabet) -> List[Sequence[Tuple[str, str]]]:
 
 
 def _spread(requests: Sequence[str]) -> Sequence[str]:
-    """Returns some of many requests, from the first to the last one."""
+    """Returns a sample of many requests, evenly spread from the first to the last one."""
     if len(requests) <= _MOST:
         return requests
     return [requests[number * (len(requests) - 1) // (_MOST - 1)] for number in range(_MOST)]
 
 
 def _depends(doubt: str, heads: Sequence[ast.AST]) -> bool:
-    """Whether an action is said by some rule, though not now."""
+    """Whether some rule can derive an action that it does not derive now."""
     kind, _, fact = parse(doubt)
     actuator, action = split_term(fact)[1][:2] if kind == "unsaid" else ("", "")
     return bool(action) and bool(_place(f"action({actuator},{action})", heads))

@@ -1,4 +1,4 @@
-"""A run of ``plan.py`` that is watched.
+"""A monitored run of ``plan.py``.
 
 >>> from rosoclingo.in_process.parts import EXAMPLES
 >>> run = Runner().run((f"{EXAMPLES}/line.lp", "--simulate", "--goal", "visit(3)"))
@@ -33,14 +33,14 @@ DOES = "does"
 
 @dataclass(frozen=True)
 class FoundPlan:
-    """A plan at the moment when it was found, and what was known then.
+    """A plan when it was found, with the state of the run at that moment.
 
     Attributes:
         elapsed: The current step, counted from the beginning.
         step: The same, counted from the last reset.
         actions: All its actions, those of steps that have gone by too.
         published: The actions that were published since the last reset, and those that repeat
-            what somebody is busy with.
+            actions that go on.
         has_barrier: Whether each step waits for all who act in it.
         is_layered: Whether its steps come of layers, so that there may be a shorter one.
         statuses: Slot, word and step of each status from the current step on.
@@ -121,7 +121,7 @@ class CheckedRun(SimulatedSystem):
 
     @property
     def steps(self) -> int:
-        """The step in which the last action was done, counted from the beginning."""
+        """The step in which the last action was done, counted from the start."""
         return max((int(one[-1]) for one in self.heard if one[0] == DOES), default=0)
 
     @property
@@ -144,7 +144,7 @@ class CheckedRun(SimulatedSystem):
         return self.is_cut or super().closed
 
     def note(self, record: journal.Record) -> None:
-        """Remembers the plan, and what was known when it was found."""
+        """Records each plan, with the state of the run when it was found."""
         super().note(record)
         happened = record.event
         if isinstance(happened, journal.PlanFound):
@@ -226,7 +226,7 @@ class SlowRun:
 
 
 class Runner:
-    """Makes runs in a given time; those with the same files and options share their solvers.
+    """Makes runs within a time budget; runs with the same files and options share solvers.
 
     Attributes:
         commands: The arguments of the runs, in order.
@@ -234,7 +234,7 @@ class Runner:
     """
 
     def __init__(self, seconds: float = 0.0) -> None:
-        """Begins to count the time.
+        """Starts the time budget.
 
         Args:
             seconds: How long all runs may take together, each of them a tenth of that; 0 for as
@@ -252,7 +252,7 @@ class Runner:
         return time.monotonic() > self._end
 
     def run(self, words: Words) -> CheckedRun:
-        """Runs ``plan.py`` with some arguments, and watches.
+        """Runs ``plan.py`` with some arguments, and monitors it.
 
         Args:
             words: The arguments; ``--simulate`` is one of them.

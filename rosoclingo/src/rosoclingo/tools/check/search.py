@@ -1,4 +1,4 @@
-"""Runs by chance, and the smallest one in which something is wrong."""
+"""Random testing with shrinking."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SHRINKING = 60  # episodes to shrink one
 
 @dataclass(frozen=True)
 class Episode:
-    """What comes in a run, and when.
+    """The inputs of a run, each with its moment.
 
     Attributes:
         inputs: What comes.
@@ -39,7 +39,7 @@ class Episode:
 
 @dataclass
 class FailureSearch:
-    """Looks for runs in which something is wrong.
+    """Searches for failing runs by random testing, and shrinks them.
 
     Attributes:
         files: The files and options of the command line, as they were typed.
@@ -86,7 +86,7 @@ class FailureSearch:
         return self.runner.run(self.words(inputs, mode))
 
     def alone(self) -> List[Finding]:
-        """Asks for some requests alone, and learns how long plans are."""
+        """Plans for some requests alone, and learns how long plans are."""
         nothing = self.run(())
         found = self._new(findings(nothing))
         if not nothing.loop.dynamic:
@@ -107,7 +107,7 @@ class FailureSearch:
         return found
 
     def by_chance(self, episodes: int, seed: int) -> Iterator[Finding]:
-        """Makes random episodes, and yields what is wrong, each check once, and shrunk.
+        """Runs random episodes, and yields their findings: one for each check, shrunk.
 
         Args:
             episodes: How many there are, without those that it takes to shrink one.
@@ -135,7 +135,7 @@ class FailureSearch:
                 yield found[0]
 
     def _shows(self, check: str) -> Callable[[Episode], bool]:
-        """Returns what says whether an episode shows something, for as long as that may take."""
+        """Returns a predicate: whether an episode has the same finding, within a budget."""
         most = len(self._judged) + _SHRINKING
 
         def shows(episode: Episode) -> bool:
@@ -148,7 +148,7 @@ class FailureSearch:
         return shows
 
     def judge(self, episode: Episode) -> List[Finding]:
-        """Returns what is wrong in an episode."""
+        """Returns the findings in an episode."""
         if episode not in self._judged:
             self._judged[episode] = self._judge(episode)
         return self._new(self._judged[episode])
@@ -172,7 +172,7 @@ class FailureSearch:
 
 @dataclass
 class Chance:
-    """Draws episodes.
+    """Generates random episodes.
 
     Attributes:
         random: The random numbers.
@@ -214,7 +214,7 @@ class Chance:
         return self._at_first(1) + self._some(self._failure, self.alphabet.failures, 1)
 
     def _recalled(self) -> List[Input]:
-        """Goals of which one is cancelled, at any moment, but rather soon."""
+        """Draws goals, one of which is cancelled at a random moment, mostly an early one."""
         if not self.alphabet.cancels:
             return self._at_first(2)
         soon = self._moment(self.random.choice((IN, AFTER)), *_SOON)
@@ -254,7 +254,7 @@ class Chance:
 
 
 def shrunk(episode: Episode, request: str, shows: Callable[[Episode], bool]) -> Episode:
-    """Returns a smaller episode that shows the same; or the same one.
+    """Shrinks an episode as far as its finding stays.
 
     Args:
         episode: It shows something.
@@ -269,7 +269,7 @@ def shrunk(episode: Episode, request: str, shows: Callable[[Episode], bool]) -> 
 
 
 def _smaller(episode: Episode, request: str) -> Iterator[Episode]:
-    """Yields the episode with one input left out, or made simple, or without resets."""
+    """Yields simpler episodes: without one input, with one made simple, or without resets."""
     inputs = episode.inputs
     for i in range(len(inputs)):
         rest = twins.without_strange(inputs[:i] + inputs[i + 1 :])

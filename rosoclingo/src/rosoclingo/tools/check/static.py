@@ -1,4 +1,4 @@
-"""What can be seen in an encoding without running it."""
+"""Static analysis of an encoding."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ _SHARED = frozenset(  # an encoding may add to these of a library
 
 @dataclass
 class Written:
-    """What is in the statements of an encoding.
+    """The content of an encoding's statements.
 
     Attributes:
         parts: Where each program part begins, but for base.
-        asked: The parts that the encoding asks for by ``ground(P)``, or in other terms.
+        asked: The parts that the encoding requests by ``ground(P)``, or in other terms.
         choices: The names of atoms that are choices, by ``choices(F,I)``.
         used: Where each predicate is used first in a body.
         defined: Where each predicate is defined first, be it by a rule or as an external.
@@ -88,7 +88,7 @@ class Written:
 
 
 def look(options: Options, dialect: Type[Dialect2], alphabet: Alphabet) -> List[Finding]:
-    """Returns what is wrong with the encodings of a command line.
+    """Returns the static findings in the encodings of a command line.
 
     Args:
         options: The command line.
@@ -123,7 +123,7 @@ def _parts(seen: Written, dialect: Type[Dialect2], _: Alphabet) -> Iterator[Find
 
 
 def _constraints(program: Program) -> Iterator[Finding]:
-    """Says that only clingo plans, where an encoding adds to parts of the library for actions."""
+    """Yields a hint where additions to the library for actions leave planning to clingo."""
     if TASK not in program.parts:
         return
     for name, arity in sorted(LIBRARY_PARTS):
@@ -175,7 +175,7 @@ def _idle_names(program: Program) -> Iterator[Finding]:
 
 
 def _unused(seen: Written, *_: object) -> Iterator[Finding]:
-    """What is derived should serve something; facts may be for pictures, or for other files."""
+    """Yields derived predicates without a use; facts may be for pictures, or for other files."""
     if seen.has_script or not seen.shows_some:
         return
     known = seen.used.keys() | seen.shown | seen.declared | _FOR_ROSOCLINGO
@@ -240,7 +240,7 @@ def _own_names(seen: Written, _: object, alphabet: Alphabet) -> Iterator[Finding
 
 
 def _library_names(seen: Written, *_: object) -> Iterator[Finding]:
-    """What a library derives for itself should not be derived by others, too."""
+    """Yields predicates of a library that another file derives, too."""
     names: Dict[Signature, str] = {}
     for (file, signature), place in seen.own.items():
         if _is_library(file) and signature not in seen.declared | _SHARED:
@@ -291,7 +291,7 @@ def _uneven_slots(pairs: FrozenSet[Pair], alphabet: Alphabet) -> Iterator[Findin
 
 
 def _steps(seen: Written, alphabet: Alphabet) -> Iterator[Finding]:
-    """Events have to be declared in each step alike; step 0 may lack what answers actions."""
+    """Yields events that some steps lack; step 0 may lack answers to actions."""
     steps = [step for step in alphabet.by_step if step > 0]
     all_pairs: Set[Pair] = set().union(*(alphabet.by_step[step] for step in steps))
     first = alphabet.by_step.get(0)
@@ -313,7 +313,7 @@ def _steps(seen: Written, alphabet: Alphabet) -> Iterator[Finding]:
 
 
 def _place_of(seen: Written, source: str) -> str:
-    """Returns where events of a source are declared, best with a condition on the step."""
+    """Returns where events of a source are declared, preferably with a condition on the step."""
     places = []
     for external, part in seen.externals:
         text = str(external)
@@ -333,7 +333,7 @@ def place(statement: ast.AST) -> str:
 
 
 class _Reader(ast.Transformer):
-    """Goes through statements, and sorts predicates into heads and bodies."""
+    """Visits statements, and sorts predicates into heads and bodies."""
 
     def __init__(self) -> None:
         self._seen = Written()
@@ -342,7 +342,7 @@ class _Reader(ast.Transformer):
         self._is_derived = False
 
     def read(self, program: Program) -> Written:
-        """Returns what is in the statements."""
+        """Returns the content of the statements."""
         for statement in program.statements:
             kind = statement.ast_type.name
             getattr(self, f"_on_{kind.lower()}", self._in_body)(statement)
@@ -399,7 +399,7 @@ class _Reader(ast.Transformer):
         self._seen.declared.add((statement.name, statement.arity))
 
     def _asks(self, term: ast.AST) -> None:
-        """Records the part that a term ``ground(P)`` or ``ground_last(P)`` asks for."""
+        """Records the part that a term ``ground(P)`` or ``ground_last(P)`` requests."""
         if {("ground", 1), ("ground_last", 1)} & set(signatures(term)):
             self._seen.asked.update(signatures(term.arguments[0]))
 

@@ -1,4 +1,4 @@
-"""What has to be the same in two runs that differ in something that should not matter.
+"""Metamorphic checks: a second run with changed inputs has to agree with the first.
 
 Each check makes a second run, and yields what is wrong, in a sentence, with the second command
 line; its name is that of the check in docs/check.md.
@@ -24,7 +24,7 @@ Again = Callable[[TwinInputs], CheckedRun]
 
 
 def reset(one: CheckedRun, other: CheckedRun) -> Iterator[str]:
-    """With and without resets, plans take as long, as far as steps say how long that is."""
+    """Plans take as long with resets as without, as far as the number of steps is comparable."""
     first = {_history(plan): plan for plan in one.plans}
     for plan in other.plans:
         known = first.get(_history(plan))
@@ -45,7 +45,7 @@ def reset(one: CheckedRun, other: CheckedRun) -> Iterator[str]:
 
 
 def _history(plan: FoundPlan) -> object:
-    """Returns all that has come until a plan was found, and which goals it is for."""
+    """Returns all inputs and actions until a plan was found, and the goals of that plan."""
     return plan.heard, plan.successes, plan.elapsed, frozenset(plan.slots.values()) - plan.over
 
 
@@ -111,7 +111,7 @@ def without_failure(inputs: TwinInputs, run: CheckedRun) -> Optional[TwinInputs]
 
 
 def failed(one: CheckedRun, other: CheckedRun) -> Iterator[str]:
-    """An action that has failed has no effect; what is unknown may hold no longer.
+    """A failed action has no effect; after an unknown outcome, fluents may be lost.
 
     That time goes by, which a fluent ``clock(N)`` says, is no effect.
     """
@@ -147,7 +147,7 @@ def failed(one: CheckedRun, other: CheckedRun) -> Iterator[str]:
 def compare(
     inputs: TwinInputs, run: CheckedRun, slots: int, again: Again, with_resets: Optional[Again]
 ) -> List[Finding]:
-    """Returns what is wrong between a run and others.
+    """Returns the findings in a comparison of a run with its twins.
 
     Args:
         inputs: What comes in the run.
@@ -181,6 +181,6 @@ def _steps(number: int) -> str:
 
 
 def without_strange(inputs: TwinInputs) -> TwinInputs:
-    """Returns inputs without the cancel requests for goals that never come."""
+    """Drops the cancel requests for goals that never come."""
     goals = sum(one.kind == GOAL for one in inputs)
     return tuple(one for one in inputs if one.kind != CANCEL or int(one.value) <= goals)

@@ -65,7 +65,7 @@ def render(name: str) -> Dict[str, str]:
 
 
 def write(name: str, folder: Path) -> List[str]:
-    """Writes a package into a folder of its name; nothing is left of it if that fails.
+    """Writes a package into a folder of its name, which is removed if that fails.
 
     Args:
         name: Name of the package.

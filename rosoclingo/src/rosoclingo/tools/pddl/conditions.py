@@ -108,7 +108,7 @@ class _Compiler:
         return self._conditions.made
 
     def section(self, part: PddlPart) -> Iterator[PddlPart]:
-        """Yields the sections of the domain that replace one."""
+        """Yields the compiled sections that replace a section of the domain."""
         if isinstance(part, ListForm) and part.head in _ACTIONS:
             yield from self._action(part)
         elif isinstance(part, ListForm) and part.head == DERIVED:

@@ -63,7 +63,7 @@ def _refuse_changes_of_derived(domain: Domain, problem: Problem) -> None:
 
 
 class _Checker:
-    """Knows all that is declared."""
+    """Checks a task against its declarations."""
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
         self._counts: Dict[str, int] = {}

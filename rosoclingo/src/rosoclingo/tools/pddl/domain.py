@@ -104,7 +104,7 @@ class Domain:
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem.
+    """A PDDL problem: objects, initial state and goal.
 
     Attributes:
         form: The whole form.
@@ -332,7 +332,7 @@ def _conjuncts(form: ListForm) -> List[ListForm]:
 def _without(
     forms: Sequence[ListForm], is_one: Callable[[ListForm], bool]
 ) -> Tuple[List[ListForm], List[ListForm]]:
-    """Parts forms into those that are not of a kind, and those that are."""
+    """Partitions forms: those that are not of a kind, and those that are."""
     return [f for f in forms if not is_one(f)], [f for f in forms if is_one(f)]
 
 

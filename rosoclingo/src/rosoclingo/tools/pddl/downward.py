@@ -1,4 +1,4 @@
-"""Finds Fast Downward, an optional dependency, which the Python package up-fast-downward has.
+"""Locates Fast Downward, an optional dependency, in the Python package up-fast-downward.
 
 Versions 0.5 and 1.0 of that package are tested; their folders differ in where the translator is.
 """

@@ -68,7 +68,7 @@ class ListForm:
 
 
 def list_form(place: str, *parts: Union[str, Word, ListForm]) -> ListForm:
-    """Returns a list that no file has.
+    """Builds a list form that is in no file.
 
     Args:
         place: Its place, and that of words that are given as texts.

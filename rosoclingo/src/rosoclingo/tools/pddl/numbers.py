@@ -387,7 +387,7 @@ class Numbers:
     def _added(
         self, metric: PddlPart, schema: ActionSchema, objects: Binding, lasts: float
     ) -> float:
-        """Returns how much larger an action makes the metric, which is a sum."""
+        """Returns by how much an action increases the metric, which is a sum."""
         value = number_of(metric)
         if value is not None:
             return 0.0

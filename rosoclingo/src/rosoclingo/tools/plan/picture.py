@@ -25,7 +25,7 @@ from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.tools.plan.outcome import ShownPlan
 
 _WIDTH, _ROW = 14.0, 0.5  # inches
-_LETTER, _MOST_WIDTH = 0.07, 60.0  # likewise: of a label, and of a picture whose labels all fit
+_LETTER, _MOST_WIDTH = 0.07, 60.0  # inches: a letter of a label, and a picture whose labels all fit
 
 
 def draw_run(simulation: SimulatedSystem, title: str, file: Path) -> None:

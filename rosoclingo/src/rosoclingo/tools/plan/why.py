@@ -34,7 +34,7 @@ def explain(
     waiting = [g.slot for g in lost if g.slot in asked and not g.ended]
     questions = [Question(QuestionKind.GOAL, (slot,)) for slot in waiting if slot is not None]
     dialect = detect(chosen.options) if chosen.mode == SINGLE else Dialect2
-    # Without --simulate, nobody has had the time to answer.
+    # Without --simulate, no actuator has had the time to answer.
     silent = tuple((actuator, seconds) for actuator, seconds in situation.silent if seconds > 0)
     situation = replace(situation, silent=silent)
     limit = last_step((*chosen.mode_options, *chosen.options.clingo))
