@@ -7,7 +7,7 @@ process, and :mod:`.encodings` reads what an encoding declares. :mod:`.why` expl
 reports runs; :mod:`.tools` are the commands for authors of encodings. Beside these rooms, a user
 adds commands to :mod:`.commands`, and :mod:`.errors` has the errors of all.
 
-Only :mod:`.ros` needs ROS, and what is in folders ``ros/`` of :mod:`.bags` and :mod:`.tools`.
+Only :mod:`.ros` and the folder ``ros`` of :mod:`.bags` need ROS.
 """
 
 import rosclingo  # noqa: F401 (finds the libraries that our Debian packages bring along)

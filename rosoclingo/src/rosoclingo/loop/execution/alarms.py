@@ -10,6 +10,12 @@ forgotten when a plan shows it no more:
 ([], ['unblocked(a,b)'], [])
 >>> alarms.due
 {'unblocked(a,b)': 160.0, 'unblocked(b,c)': 180.0}
+
+They also have the clock that the encoding is told, which is not a trace behind an alarm:
+
+>>> alarms = Alarms()
+>>> [alarms.read_clock(time) for time in (14.1, 14.1 + 50)], 14.1 + 50 - 14.1 < 50
+([(1, 0.0), (2, 50.0)], True)
 """
 
 from __future__ import annotations
@@ -17,6 +23,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from typing import Dict, List, Mapping, Optional, Tuple
+
+_DIGITS = 3  # of seconds of the clock
 
 
 @dataclass
@@ -64,6 +72,8 @@ class Alarms:
     def read_clock(self, now: float) -> Tuple[int, float]:
         """Returns the number of this reading, and the seconds since the first one.
 
+        These are rounded: an alarm after whole seconds is not to come a trace too early.
+
         Args:
             now: The world's time, in seconds.
         """
@@ -71,7 +81,7 @@ class Alarms:
         if self.began is None:
             self.began = now
         self.readings += 1
-        return self.readings, now - self.began
+        return self.readings, round(now - self.began, _DIGITS)
 
     def _follow(self, now: float) -> None:
         """Moves alarms with a clock that begins anew, as that of a simulator."""
