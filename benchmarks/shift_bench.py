@@ -68,7 +68,7 @@ DOORS = (("hall", "aisle"), ("bar", "aisle"), ("aisle", "terrace"))
 STOVE = {"soup": 60, "steak": 120, "salad": 1}  # for how long a dish cooks by itself
 COOKING = {"soup": 20, "steak": 45, "salad": 40}  # for how long a cook is busy with it
 TABLES = [f"t{n}" for n in range(1, 9)]
-TRAY, FULL, CHARGING, PATIENCE = 2, 400, 120, 240
+TRAY, FULL, LOW, CHARGING, PATIENCE = 2, 400, 100, 120, 240
 WARM, PLANNED_WARM = 75, 57
 PICKING, PUTTING, BACK = 5, 8, 5  # seconds
 IDLE = 60.0  # seconds
@@ -477,7 +477,7 @@ class World:
                 there = ways.get(order.origin, MANY)
                 length = there + self._distances(order.origin).get(order.target, MANY)
                 length += self._distances(order.target).get("dock", MANY)
-                if waiter.load < TRAY and length <= waiter.battery:
+                if waiter.load < TRAY and max(LOW, length) <= waiter.battery:
                     since = max(before.get((name, order.key), self.clock), waiter.idle)
                     self._waits[name, order.key] = since
                     limit = IDLE + there * WAITERS[name] / 100
@@ -617,7 +617,7 @@ def shift(folder: Path, seed: int) -> World:
     facts += [f"dish({dish},{COOKING[dish]}). stove({dish},{n})." for dish, n in STOVE.items()]
     file.write_text("\n".join([*facts, ""]), encoding="utf-8")
     constants = {"tray": TRAY, "full": FULL, "charging": CHARGING, "warm": PLANNED_WARM,
-                 "patience": PATIENCE, "slots": 12}  # fmt: skip
+                 "patience": PATIENCE, "low": LOW, "slots": 12}  # fmt: skip
     options = [word for name, n in constants.items() for word in ("-c", f"{name}={n}")]
     parts = make_parts(MODE, Options((str(file),), tuple(options)), ("-c", "steps=300"))
 
