@@ -8,7 +8,7 @@ import random
 import subprocess
 import sys
 from pathlib import Path
-from typing import List
+from typing import Dict, List, Tuple
 
 import engine_judge as judge
 import pytest
@@ -21,6 +21,7 @@ from rosoclingo.engine.insertion import inserter_of
 from rosoclingo.engine.process import SearchProcess
 from rosoclingo.engine.reading import TaskReader
 from rosoclingo.engine.scheduling import Scheduler
+from rosoclingo.engine.standing import Standing
 from rosoclingo.engine.task import PlanningTask
 from rosoclingo.engine.timing import Timetable
 
@@ -399,6 +400,34 @@ def test_one_robot_may_begin_what_another_one_ends() -> None:
     task = couriers(random.Random(3))
     for chain in itertools.chain(*inserter_of(tuple(task)).chains.of_requests):
         assert len({task.actions[index][5] for index in chain}) == 1
+
+
+def test_what_is_begun_stays_when_others_are_inserted_anew() -> None:
+    """Without that, most better plans begin otherwise, and none of them could be used."""
+
+    def rounds(task: FlatTask, *, holds: bool) -> Tuple[int, int]:
+        """Returns how many better plans there are, and how many keep what is begun."""
+        inserter = inserter_of(tuple(task))
+        plan = inserter.first(lambda: False)
+        actors = [action[5] for action in task.actions]
+        begun: Dict[int, List[int]] = {}
+        for index in plan:  # the first two actions of each robot
+            if len(begun.setdefault(actors[index], [])) < 2:
+                begun[actors[index]].append(index)
+        standing = Standing(plan, actors, [-1] * len(actors), [*begun.values()])
+        if holds:
+            inserter.hold(standing)
+        assert inserter.begin_with(plan)
+        made = [inserter.round() for _ in range(300) if not inserter.is_stuck]
+        found = [better for better in made if better is not None]
+        return len(found), sum(standing.keeps(better) for better in found)
+
+    tasks = [couriers(random.Random(seed)) for seed in range(40)]
+    held = [rounds(task, holds=True) for task in tasks if inserter_of(tuple(task))]
+    free = [rounds(task, holds=False) for task in tasks if inserter_of(tuple(task))]
+    assert all(kept == found for found, kept in held)
+    assert sum(found for found, _ in held) > 5
+    assert any(kept < found for found, kept in free)
 
 
 def test_the_sources_insert_as_compiled_modules_do() -> None:

@@ -89,6 +89,8 @@ class Improver:
         self._durations = task[9] or self._costs
         self._scheduler = Scheduler(task, self._table) if task[9] else None
         self._inserter = inserter
+        if inserter is not None and standing is not None:
+            inserter.hold(standing)
         self._inserted = 0 if self._inserter is None else self._inserter.evaluations
         self._keeps = {(variable, value): seconds for variable, value, seconds in task[12]}
         self._lags = {(variable, value): seconds for variable, value, seconds in task[11]}

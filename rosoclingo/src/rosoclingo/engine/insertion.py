@@ -97,6 +97,8 @@ class Inserter:
     keys: cython.p_longlong  # of the best places: detour, first and last position
     places_of: dict  # of each request
     requests: list
+    movable: list  # requests that may be taken out
+    standing: object
     random: cython.uint
     solution = cython.declare(object, visibility="readonly")
     best = cython.declare(object, visibility="readonly")
@@ -141,6 +143,17 @@ class Inserter:
         self.requests = [
             request for request in range(len(task[4])) if self.scheduler.when_met(request) < 0
         ]
+        self.movable, self.standing = self.requests, None
+
+    def hold(self, standing) -> None:
+        """Keeps what is begun of a plan in all solutions.
+
+        Args:
+            standing: That plan, as :class:`~rosoclingo.engine.standing.Standing`.
+        """
+        self.standing = standing
+        begun = {self.chains.owners.get(index) for index in standing.begun}
+        self.movable = [request for request in self.requests if request not in begun]
 
     @property
     def evaluations(self) -> int:
@@ -150,7 +163,7 @@ class Inserter:
     @property
     def is_stuck(self) -> bool:
         """Whether so many rounds have found nothing better that others hardly will."""
-        return self.rounds_in_vain > ROUNDS_PER_PAIR * len(self.requests) ** 2
+        return self.rounds_in_vain >= ROUNDS_PER_PAIR * len(self.movable) ** 2
 
     def draw(self, size: int) -> int:
         """Draws a number from 0 to one less than a size."""
@@ -265,15 +278,16 @@ class Inserter:
 
     def related(self, solution) -> list:
         """Draws requests that are near to each other, or any."""
-        number = len(self.requests)
+        movable = self.movable
+        number = len(movable)
         size = min(number, 2 + self.draw(2 + min(6, number // 4)))
         if self.draw(5) == 0:
-            return self.shuffle(self.requests)[:size]
+            return self.shuffle(movable)[:size]
         self.price(solution)
-        met = {request: self.scheduler.when_met(request) for request in self.requests}
-        chosen = self.requests[self.draw(number)]
+        met = {request: self.scheduler.when_met(request) for request in movable}
+        chosen = movable[self.draw(number)]
         if self.draw(2):
-            some = self.shuffle(self.requests)[:4]
+            some = self.shuffle(movable)[:4]
             chosen = max(some, key=lambda one: self.badness(one, met[one]))
         places = self.places(chosen)
 
@@ -288,9 +302,9 @@ class Inserter:
             apart = min(apart, MOST_DISTANCE) + abs(met[other] - met[chosen]) // 4
             return apart * self.draw(1000)
 
-        distances = {other: far(other) for other in self.requests}
+        distances = {other: far(other) for other in movable}
         distances[chosen] = -1
-        return sorted(self.requests, key=distances.__getitem__)[:size]
+        return sorted(movable, key=distances.__getitem__)[:size]
 
     def badness(self, request: int, met: int) -> int:
         due = self.due.get(request)
@@ -540,6 +554,8 @@ class Inserter:
             place, fill = chosen
             order = [*order[:place], fill, *order[place:]]
             owners = [*owners[:place], FILL, *owners[place:]]
+        if self.standing is not None and not self.standing.keeps(scheduler.plan()):
+            return False
         score = scheduler.score()
         if best.score <= 0 or score < best.score:
             best.order, best.owners, best.score = order, owners, score

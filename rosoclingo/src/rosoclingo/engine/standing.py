@@ -13,7 +13,11 @@ the first part of its value that gets better, such as steps."""
 
 
 class Standing:
-    """The plan that stands, for comparison with others. Used by one thread at a time."""
+    """The plan that stands, for comparison with others. Used by one thread at a time.
+
+    Attributes:
+        begun: The actions that are begun.
+    """
 
     def __init__(
         self, plan: list[int], actors: list[int], names: list[int], begun: list[list[int]]
@@ -31,6 +35,7 @@ class Standing:
         self._actors = actors
         self._names = names
         self._begun = {actors[first[0]]: first for first in begun if first}
+        self.begun = [index for first in begun for index in first]
 
     def keeps(self, plan: list[int]) -> bool:
         """Tells whether a plan has first what is begun."""
