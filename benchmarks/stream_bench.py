@@ -5,8 +5,8 @@ In process: 60 requests come to three waiters, at random times. Some are cancell
 fail, and are tried again. Each shift is simulated twice, with the same inputs: as it is, and with a
 plan from nothing at each news. An errand is dropped if a waiter is on its way to a stop, or stands
 there, and goes to another one first. A waiter that goes back at once to where it has come from has
-turned back. Neither counts if there is a reason: the request was cancelled, the waiter has failed,
-or a way is blocked, or free again.
+turned back. Neither counts if there is a reason: the request, or one that the waiter carries, was
+cancelled, the waiter has failed, or a way is blocked, or free again.
 
 SEEDS in the environment says how many shifts there are. Run by scripts/bench. Exit status 1 says
 that a limit is missed.
@@ -20,10 +20,10 @@ import random
 import re
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import mean, stdev
-from typing import Any, Callable, Dict, Iterator, List, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Sequence, Set, Tuple
 from unittest import mock
 
 from harness import HarnessError, Report, Row, Samples
@@ -129,6 +129,7 @@ class Way:
         is_begun: Whether it has gone a part of the way, or stands there.
         came: From where it has just come; empty if it has done something since then.
         acts: The action that it does, or tries again.
+        carried: The slots of the requests of which it carries things.
         is_free: Whether it has failed, or lost its stop, since it has gone its last part of a way.
     """
 
@@ -137,6 +138,7 @@ class Way:
     is_begun: bool = False
     came: str = ""
     acts: str = ""
+    carried: Set[str] = field(default_factory=set)
     is_free: bool = False
 
 
@@ -187,9 +189,9 @@ class Shift:
             elif isinstance(event, MessageArrived):
                 self._hear(event.source, event.value)
             elif isinstance(event, CancelArrived):
-                slot = self._slots.get(event.goal)
+                slot = self._slots.get(event.goal, "")
                 for way in self._ways.values():
-                    way.is_free |= any(slot == _slot_of(stop) for stop in way.stops[:1])
+                    way.is_free |= slot in {*map(_slot_of, way.stops[:1]), *way.carried}
             elif isinstance(event, GoalArrived):
                 begins[event.goal] = entry.seconds
             elif isinstance(event, StatusSet):
@@ -213,6 +215,8 @@ class Shift:
 
     def _act(self, waiter: str, action: str) -> None:
         way, go = self._ways[waiter], _GO.fullmatch(action)
+        if action == way.acts:  # it is tried again
+            return
         way.acts = action
         if go is None:
             way.is_begun, way.came, way.is_free = False, "", False
@@ -235,6 +239,10 @@ class Shift:
                 each.is_free = True
         elif go:
             way.came, way.at = way.at, go[1]
+        elif way.acts.startswith("pick("):
+            way.carried.add(_slot_of(way.acts))
+        else:
+            way.carried.discard(_slot_of(way.acts))
         way.acts = ""
 
 

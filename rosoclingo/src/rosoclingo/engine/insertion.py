@@ -98,7 +98,7 @@ class Inserter:
     places_of: dict  # of each request
     requests: list
     movable: list  # requests that may be taken out
-    standing: object
+    standing = cython.declare(object)
     random: cython.uint
     solution = cython.declare(object, visibility="readonly")
     best = cython.declare(object, visibility="readonly")
