@@ -477,7 +477,7 @@ class World:
                 there = ways.get(order.origin, MANY)
                 length = there + self._distances(order.origin).get(order.target, MANY)
                 length += self._distances(order.target).get("dock", MANY)
-                if waiter.load < TRAY and max(LOW, length) <= waiter.battery:
+                if waiter.load < TRAY and max(LOW + there, length) <= waiter.battery:
                     since = max(before.get((name, order.key), self.clock), waiter.idle)
                     self._waits[name, order.key] = since
                     limit = IDLE + there * WAITERS[name] / 100
