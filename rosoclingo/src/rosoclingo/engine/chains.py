@@ -43,7 +43,7 @@ class Chains:
         self._actions = actions = task[5]
         self._durations = task[9]
         ways = find_ways(task)
-        self.paths = find_paths(task)
+        self.paths = find_paths(task, ways)
         self._twins = find_twins(task)
         self.moves = moves = set(ways.values())
         self._places = {variable for variable, _, _ in ways}

@@ -95,7 +95,11 @@ class _Flattener:
             "due": due,
             "ready": [(*facts[f], n) for f, n in times.ready.items() if f in facts],
             "keeps": [(*facts[f], n) for f, n in times.keeps.items() if f in facts],
-            "free": [(self._actuators[a], n) for a, n in times.free.items()],
+            "free": [
+                (self._actuators[name], seconds)
+                for name, seconds in times.free.items()
+                if name in self._actuators
+            ],
             "since": [
                 (facts.variables[name], seconds)
                 for name, seconds in times.since.items()

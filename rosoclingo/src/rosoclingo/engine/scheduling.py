@@ -69,7 +69,7 @@ def find_ways(task: tuple) -> dict:
     return {key: index for key, index in found.items() if key[0] in roaming}
 
 
-def find_paths(task: tuple) -> dict:
+def find_paths(task: tuple, all_ways: dict) -> dict:
     """Returns how actuators get from one value to another, by the variable and both values.
 
     Each path is given by its first way and by how long all of its ways take, such as first to a
@@ -77,10 +77,11 @@ def find_paths(task: tuple) -> dict:
 
     Args:
         task: A :class:`~rosoclingo.engine.flat.FlatTask`, or a tuple like it.
+        all_ways: Those of :func:`find_ways`.
     """
     found: dict = {}
     of_variables: dict = {}
-    for key, way in find_ways(task).items():
+    for key, way in all_ways.items():
         found[key] = way, task[9][way]
         of_variables.setdefault(key[0], []).append((key[1], key[2], way))
     for variable, ways in of_variables.items():
@@ -300,7 +301,8 @@ class Scheduler:
     def _build_ways(self, task: tuple) -> None:
         domains = task[0]
         by_variable: dict = {}
-        for (variable, before, after), (action, _) in find_paths(task).items():
+        paths = find_paths(task, find_ways(task))
+        for (variable, before, after), (action, _) in paths.items():
             by_variable.setdefault(variable, []).append(
                 (before * domains[variable] + after, action)
             )

@@ -134,8 +134,7 @@ class Timetable:
         self.size = slots.size(max([thing + 1 for things in occupied for thing in things] + [0]))
         self.starts = array("q", [0]) * (self.size + 1)
         for actor, seconds in task[14]:
-            if self.first_actor + actor < self.size:
-                self.starts[self.first_actor + actor] = seconds
+            self.starts[self.first_actor + actor] = seconds
         for variable, seconds in task[15]:
             self.starts[2 * variable + 1] = seconds
         for number, seconds in task[16]:
