@@ -11,7 +11,7 @@ forgotten when a plan shows it no more:
 >>> alarms.due
 {'unblocked(a,b)': 160.0, 'unblocked(b,c)': 180.0}
 
-They also have the clock that the encoding is told, which is not a trace behind an alarm:
+They also keep the clock that the encoding is told, without rounding errors:
 
 >>> alarms = Alarms()
 >>> [alarms.read_clock(time) for time in (14.1, 14.1 + 50)], 14.1 + 50 - 14.1 < 50
@@ -72,7 +72,7 @@ class Alarms:
     def read_clock(self, now: float) -> Tuple[int, float]:
         """Returns the number of this reading, and the seconds since the first one.
 
-        These are rounded: an alarm after whole seconds is not to come a trace too early.
+        These are rounded: when an alarm after whole seconds comes, the clock must have reached it.
 
         Args:
             now: The world's time, in seconds.
