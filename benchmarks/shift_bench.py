@@ -85,7 +85,7 @@ class Crash(BaseException):
 
 @dataclass
 class Order:
-    """A request, and what it is about.
+    """A request of a client, with the state of the things that it wants.
 
     Attributes:
         key: The id of its goal.
@@ -184,7 +184,7 @@ class World:
     """
 
     def __init__(self, seed: int) -> None:
-        """Draws at random what will happen."""
+        """Draws the events of the shift at random."""
         self.clock = 0.0
         self.orders: Dict[str, Order] = {}
         self.violations: List[str] = []
@@ -579,7 +579,7 @@ class Life(System):
         """Keeps no journal, since the store has it."""
 
     def live(self) -> None:
-        """Runs until all is done."""
+        """Resumes from the store, and runs until the loop ends or is killed."""
         clients = self._world.clients
         durability = self.durability
         assert isinstance(durability, SqliteStore)

@@ -1,4 +1,4 @@
-"""Static analysis of encodings, and of the nodes that were started with them.
+"""Analyses encodings without running them, and the command lines of nodes that run them.
 
 :mod:`.about` decodes how a node was started, from its ``~about``; :mod:`.unpack` writes its files
 to a :mod:`.folder`, and :mod:`.started_with` compares them. :mod:`.alphabet` asks a planner which
