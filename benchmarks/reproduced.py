@@ -15,7 +15,7 @@ from rosoclingo.tools.plan import command as plan
 
 
 def is_reproduced(finding: Finding) -> bool:
-    """Whether ``plan.py`` does the same as the runs of a finding, command by command."""
+    """Returns whether ``plan.py`` does the same as the runs of a finding, command by command."""
     return bool(finding.commands) and all(map(_is_the_same, finding.commands))
 
 

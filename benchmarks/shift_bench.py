@@ -48,6 +48,7 @@ from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.store.sqlite_store import SqliteStore
 from rosoclingo.store.store import Store
+from time_tasks import shortest_ways
 
 MODE = "dynamic.incremental.dyn_reset"
 SEEDS = int(os.environ.get("SEEDS", "1"))
@@ -84,7 +85,7 @@ class Crash(BaseException):
 
 @dataclass
 class Order:
-    """A request, and what it is about.
+    """A request of a client, with the state of the things that it wants.
 
     Attributes:
         key: The id of its goal.
@@ -183,7 +184,7 @@ class World:
     """
 
     def __init__(self, seed: int) -> None:
-        """Draws at random what will happen."""
+        """Draws the events of the shift at random."""
         self.clock = 0.0
         self.orders: Dict[str, Order] = {}
         self.violations: List[str] = []
@@ -493,21 +494,12 @@ class World:
             one for one in self._ways if frozenset(one) in self._closed or one in failed
         )
         if (start, shut) not in self._known:
-            self._known[start, shut] = self._find_distances(start, shut)
+            near: Dict[str, List[Tuple[str, int]]] = {}
+            for (v, w), seconds in self._ways.items():
+                if (v, w) not in shut:
+                    near.setdefault(v, []).append((w, seconds))
+            self._known[start, shut] = shortest_ways(start, near)
         return self._known[start, shut]
-
-    def _find_distances(self, start: str, shut: FrozenSet[Tuple[str, str]]) -> Mapping[str, int]:
-        found: Dict[str, int] = {}
-        heap = [(0, start)]
-        while heap:
-            length, place = heapq.heappop(heap)
-            if place in found:
-                continue
-            found[place] = length
-            for (v, w), n in self._ways.items():
-                if v == place and (v, w) not in shut:
-                    heapq.heappush(heap, (length + n, w))
-        return found
 
     def judge(self) -> None:
         """Judges the end of the shift."""
@@ -547,7 +539,7 @@ class Life(System):
 
     @property
     def improves(self) -> bool:
-        """Whether to search for a better plan now; at most once in a while, to save time."""
+        """True if anytime improvement is due; rate-limited, since it takes most of the run."""
         return self.clock >= self._world.improved + IMPROVING
 
     @improves.setter
@@ -561,7 +553,7 @@ class Life(System):
 
     @property
     def has_items(self) -> bool:
-        """Returns whether the inbox has news."""
+        """True if the inbox has an item."""
         return self._has_something()
 
     def ask(self, key: str) -> None:
@@ -587,7 +579,7 @@ class Life(System):
         """Keeps no journal, since the store has it."""
 
     def live(self) -> None:
-        """Runs until all is done."""
+        """Resumes from the store, and runs until the loop ends or is killed."""
         clients = self._world.clients
         durability = self.durability
         assert isinstance(durability, SqliteStore)

@@ -11,7 +11,7 @@ import heapq
 import random
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
+from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from mailbot import ROOT
 
@@ -139,18 +139,25 @@ class TimeTask:
         for start, end, seconds in self.ways:
             near.setdefault(start, []).append((end, seconds))
             near.setdefault(end, []).append((start, seconds))
-        found: Dict[str, Dict[str, int]] = {}
-        for begin in near:
-            reached: Dict[str, int] = {}
-            waiting = [(0, begin)]
-            while waiting:
-                seconds, place = heapq.heappop(waiting)
-                if place not in reached:
-                    reached[place] = seconds
-                    for other, more in near[place]:
-                        heapq.heappush(waiting, (seconds + more, other))
-            found[begin] = reached
-        return found
+        return {begin: shortest_ways(begin, near) for begin in near}
+
+
+def shortest_ways(begin: str, near: Mapping[str, Sequence[Tuple[str, int]]]) -> Dict[str, int]:
+    """Returns the seconds of the shortest ways from a place to all that it is connected with.
+
+    Args:
+        begin: The place.
+        near: The ways from each place, each as ``(place, seconds)``.
+    """
+    reached: Dict[str, int] = {}
+    waiting = [(0, begin)]
+    while waiting:
+        seconds, place = heapq.heappop(waiting)
+        if place not in reached:
+            reached[place] = seconds
+            for other, more in near.get(place, ()):
+                heapq.heappush(waiting, (seconds + more, other))
+    return reached
 
 
 def make(domain: str, robots: int, errands: int, seed: int = 1) -> TimeTask:

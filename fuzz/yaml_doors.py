@@ -48,7 +48,6 @@ _NUMBER: SearchStrategy[Any] = st.one_of(
     st.floats(-5, 5).map(lambda value: round(value, 2)), st.integers(-3, 9)
 )
 _PLACE = st.sampled_from(["a", "b", "c(1)"])
-_XY = st.fixed_dictionaries({"x": _NUMBER, "y": _NUMBER}, optional={"theta": _NUMBER})
 PLACES = """frame: map
 waypoints:
   a: {x: 0, y: 0, theta: 0}

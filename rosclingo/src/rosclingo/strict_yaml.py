@@ -1,4 +1,4 @@
-r"""Reads YAML of anybody's: whatever is wrong with a text is told by one kind of error.
+r"""Parser for untrusted YAML: whatever is wrong with a text is one kind of error.
 
 PyYAML alone lets other errors pass, such as that of ``!!int x``, keeps the last of two values with
 the same name, and makes of a short text with aliases a value that fills the memory when it is

@@ -203,7 +203,6 @@ def test_an_encoding_that_does_not_parse(tmp_path: Path) -> None:
 
 # What it does.
 
-WANT = "holds(want(ID,X),t) :- asked(ID,X,t), not holds(at(X),t), not event(ID,cancel,t)."
 SUCCEEDED = "asked(ID,X,t), holds(at(X),t), not event(ID,cancel,t)."
 
 # After a failure, a lamp has to be on before, be it in the past.

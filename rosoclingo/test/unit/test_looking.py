@@ -10,8 +10,8 @@ import pytest
 from conftest import TIMEOUT, Make, System
 
 from rosclingo.solver.options import Options
-from rosoclingo.in_process import system as desk
 from rosoclingo.in_process.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.in_process.system import System as InProcessSystem
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledInput, ScheduledKind
 from rosoclingo.loop.journal import MessageArrived
@@ -79,8 +79,8 @@ def test_the_loop_says_what_it_knows(system: Make) -> None:
     assert not one.inbox.call_soon(lambda: None)
 
 
-class Asked(desk.System):
-    """A system in which it is noted when somebody would ask."""
+class Asked(InProcessSystem):
+    """A system that notes when the planner would be asked."""
 
     def __init__(self, mode: str, *words: str) -> None:
         self.asked: List[Any] = []

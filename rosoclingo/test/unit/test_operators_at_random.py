@@ -52,7 +52,6 @@ class Judged(World):
         self.chance = chance
         self.acts = chance.randrange(4, 16)  # of operators, before they let all go
         self.cancels = {key for key in self.clients if chance.random() < 0.3}
-        self.asks_again: Set[str] = set()
         self.shown = OperatorState()
         self.interlock = Interlock()  # with the patterns of this life
         self.begun: List[Tuple[Named, bool]] = []  # in order; and whether it needed an approval

@@ -44,7 +44,7 @@ class Map:
 
     @property
     def is_timed(self) -> bool:
-        """Whether the map has durations, so that robots do not wait for each other."""
+        """True if the map has durations, so that robots do not wait for each other."""
         return bool(self.lengths or self.durations)
 
     @classmethod
@@ -95,7 +95,7 @@ class Parcel:
 
     @property
     def ended(self) -> bool:
-        """Whether the goal has a terminal status."""
+        """True if the goal has a terminal status."""
         return self.status in _ENDS
 
 

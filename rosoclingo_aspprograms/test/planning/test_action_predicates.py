@@ -212,7 +212,7 @@ def test_clients_are_told_when_their_requests_will_be_met(tmp_path: Path) -> Non
 
 
 def test_clients_are_told_that_actuators_wait_for_each_other(tmp_path: Path) -> None:
-    """What a cook cooks for 60 s is handed over after that, while another thing is brought."""
+    """A dish cooks for 60 s before the cook hands it over, while another thing is brought."""
     text = """
     actuator(cook;waiter). initially(dish,raw). initially((door;table),none).
     action(cook,boil). needs(cook,boil,dish,raw). sets(cook,boil,dish,done). duration(cook,boil,60).

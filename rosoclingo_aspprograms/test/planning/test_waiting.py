@@ -230,7 +230,7 @@ def test_the_search_knows_what_is_not_wanted_yet(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mode", [RECORDING, RESET, DYN_RESET, SINGLE])
 def test_a_request_that_is_of_no_use_any_more_is_aborted(mode: str, tmp_path: Path) -> None:
-    """Nobody has begun with it; for the other one, the waiter is under way."""
+    """No action for it has begun; for the other request, the waiter is under way."""
     kitchen = Kitchen(mode, tmp_path, f"{HURRY}latest(soon,50).", dish="0", soon="1")
     kitchen.lasts["lay"] = 400.0
     assert kitchen.run() is None

@@ -102,7 +102,7 @@ class Order:
 
     @property
     def as_asked(self) -> bool:
-        """Whether the request ended as the user wanted."""
+        """True if the request ended as the user wanted."""
         return self.end == "succeeded" or (self.end == "canceled" and self.cancel_requested)
 
 
@@ -216,7 +216,7 @@ class Orders:
 
     @property
     def all_as_asked(self) -> bool:
-        """Whether all requests ended as the user wanted."""
+        """True if all requests ended as the user wanted."""
         with self._lock:
             return all(order.as_asked for order in self._orders.values())
 

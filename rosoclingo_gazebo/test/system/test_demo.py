@@ -161,7 +161,7 @@ def test_a_robot_that_is_carried(terminals: Terminals, tmp_path: Path) -> None:
     assert best[0] == ["passing(c3,o14,1)"]
     assert best[-1] == ["carried(mailbot,1)"]
     assert told[-1]["explanations"] == []  # nothing of it matters any more
-    assert demo.output.count("nobody says so: the robot is at") == 1
+    assert demo.output.count("carried unnoticed: the robot is at") == 1
     seen = re.findall(r"it sees that it is at (\S+)", demo.output)
     looked = [step for step in steps(demo.output) if step.action == "look"]
     assert seen

@@ -58,7 +58,7 @@ def verdict(events: Iterable[Event], value: str) -> Optional[str]:
 
 
 def has_come(events: Iterable[Event], value: str) -> bool:
-    """Whether the planning loop has received an announcement, even if it is dropped.
+    """Returns whether the planning loop has received an announcement, even if it is dropped.
 
     Args:
         events: What has happened since it was published.

@@ -170,7 +170,7 @@ class Executor:
     # Known tokens.
 
     def _is_new(self, actuator: str, token: Token, aborted: bool, reply: ReplyFunction) -> bool:
-        """Whether an action is new; answers a repeated one again."""
+        """Returns whether an action is new; answers a repeated one again."""
         entry = self._ledger.last(actuator)
         with self._lock:
             running, known = self._running.get(actuator), self._tokens.get(actuator)

@@ -175,7 +175,7 @@ class FaultyActions:
         return self._perform(action)
 
     def _fails(self, actuator: str, action: str) -> bool:
-        """Whether an action fails, at first or because it has failed lately."""
+        """Returns whether an action fails, at first or because it has failed lately."""
         now = self._clock()
         if now < self._fails_until.get((actuator, action), -math.inf):
             return True

@@ -85,7 +85,7 @@ class ActionInterface:
 
     @property
     def canceled(self) -> bool:
-        """Whether the action that runs in this thread was cancelled."""
+        """True if the action that runs in this thread was cancelled."""
         return current().canceled.is_set()
 
     def report_progress(self, part: float) -> None:
@@ -105,7 +105,7 @@ class ActionInterface:
         current().sleep(seconds)
 
     def knows(self, action: clingo.Symbol) -> bool:
-        """Whether this interface has a method for an action, maybe with other arguments."""
+        """Returns whether this interface has a method for an action, maybe with other arguments."""
         return find(self, action, ActionInterface) is not None
 
     def outcome_after_crash(self, action: clingo.Symbol) -> str:

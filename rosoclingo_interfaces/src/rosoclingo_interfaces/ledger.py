@@ -34,7 +34,7 @@ class Token:
     number: int
 
     def is_before(self, other: Token) -> bool:
-        """Whether it is of the same run as another token, and earlier."""
+        """Returns whether it is of the same run as another token, and earlier."""
         return self.run == other.run and self.number < other.number
 
 

@@ -66,7 +66,7 @@ def forget(name: str) -> None:
 
 
 def is_respawned() -> bool:
-    """Whether roslaunch starts the node again when it has ended, as launch files say it."""
+    """Returns whether roslaunch starts the node again when it has ended, as launch files say it."""
     return os.environ.get(RESPAWN_VARIABLE, "").lower() == "true"
 
 
@@ -111,7 +111,7 @@ def _end_process() -> None:
 
 
 def is_known() -> bool:
-    """Whether the master knows this node, as far as it answers."""
+    """Returns whether the master knows this node, as far as it answers."""
     try:
         rosgraph.Master(rospy.get_name()).lookupNode(rospy.get_name())
     except rosgraph.masterapi.MasterError:

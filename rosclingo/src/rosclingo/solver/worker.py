@@ -92,7 +92,7 @@ class Job:
             self.ended_by, self.reason = by, reason
 
     def stopped(self) -> bool:
-        """Whether the call was told to stop."""
+        """Returns whether the call was told to stop."""
         return self.reason is not None
 
     def started(self) -> None:

@@ -161,7 +161,7 @@ class Reply:
 
     @property
     def success(self) -> bool:
-        """Whether every command ran."""
+        """True if every command ran."""
         return self.failure is None
 
 

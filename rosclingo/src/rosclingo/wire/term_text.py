@@ -27,7 +27,7 @@ _LAST_NUMBER = re.compile(rf"[,(]({_NUMBER.pattern})\)\Z")
 
 
 def is_plain(text: str) -> bool:
-    """Whether a text is a ground term as clingo prints it, of nothing but names and numbers.
+    """Returns whether a text is a ground term as clingo prints it, of names and numbers only.
 
     clingo keeps each term for as long as the process lives, so it does not get to see such terms of
     strangers.

@@ -1,4 +1,4 @@
-"""What is known of an encoding without a run, and of the nodes that were started with it.
+"""Analyses encodings without running them, and the command lines of nodes that run them.
 
 :mod:`.about` decodes how a node was started, from its ``~about``; :mod:`.unpack` writes its files
 to a :mod:`.folder`, and :mod:`.started_with` compares them. :mod:`.alphabet` asks a planner which

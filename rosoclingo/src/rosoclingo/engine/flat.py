@@ -65,7 +65,8 @@ class FlatTask(NamedTuple):
         free: Actuators that are busy, each as ``(actor, seconds)`` until it is free.
         since: Variables that get the value of ``initial`` only later, each as ``(variable,
             seconds)``, or that have had it for some time, with negative seconds.
-        levels_since: Likewise for numbers.
+        levels_since: Numbers that get the value of ``levels`` only later, or have had it for some
+            time, as in ``since``.
         earliest: Requests that are not to be met before some time, each as ``(request, seconds)``.
     """
 

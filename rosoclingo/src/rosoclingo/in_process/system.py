@@ -177,7 +177,7 @@ class System(Inbox, Environment):
 
     @property
     def may_hold(self) -> bool:
-        """Whether the loop may leave inputs in the inbox; not here, where time stands still."""
+        """True if the loop may leave inputs in the inbox; not here, where time stands still."""
         return False
 
     def wait(self, timeout: float) -> bool:

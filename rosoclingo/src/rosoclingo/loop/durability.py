@@ -122,7 +122,7 @@ class Durability(DurableInputs):
 
     @property
     def is_refused(self) -> bool:
-        """Whether it is still unconfirmed that the stored run can be resumed."""
+        """True if it is still unconfirmed that the stored run can be resumed."""
         return False
 
     # Each step.

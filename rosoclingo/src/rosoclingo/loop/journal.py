@@ -36,7 +36,7 @@ class Status(str, enum.Enum):
 
     @property
     def is_terminal(self) -> bool:
-        """Whether a goal with this status has ended."""
+        """True if a goal with this status has ended."""
         return self in TERMINAL_STATUSES
 
 
@@ -223,12 +223,12 @@ class CommandDone(Event):
 
     @property
     def is_search(self) -> bool:
-        """Whether it searches for a plan, be it for another horizon or not."""
+        """True if it searches for a plan, be it for another horizon or not."""
         return self.name in ("solve", "plan")
 
     @property
     def waits(self) -> bool:
-        """Whether the loop may have waited in it, which is no work."""
+        """True if the loop may have waited in it, which is no work."""
         return self.name == "idle"
 
     @property
@@ -243,7 +243,7 @@ class CommandDone(Event):
 
     @property
     def publishes(self) -> bool:
-        """Whether it has published the whole plan, after which a static mode is through."""
+        """True if it has published the whole plan, after which a static mode is through."""
         return self.name == "publish"
 
 
@@ -477,7 +477,7 @@ class LoopEnded(Event):
 
     @property
     def is_forced(self) -> bool:
-        """Whether a replay cannot repeat this end, since its cause is outside of the run."""
+        """True if a replay cannot repeat this end, since its cause is outside of the run."""
         return self.from_outside or self.reason is Reason.SHUTDOWN
 
 

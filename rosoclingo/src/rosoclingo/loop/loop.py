@@ -162,7 +162,7 @@ class Loop:
 
     @property
     def dynamic(self) -> bool:
-        """Whether the mode takes messages and goals; known once it is prepared."""
+        """True if the mode takes messages and goals; known once it is prepared."""
         return self._controller.dynamic
 
     def prepare(self) -> None:

@@ -180,7 +180,7 @@ class Mail(MailState):
 
     @property
     def new_messages(self) -> bool:
-        """Whether there is something for ``assign_messages`` to do; may ask the planner."""
+        """True if there is something for ``assign_messages`` to do; may ask the planner."""
         has_come = bool(self.messages or self.cancels or self.new_goals or self._held)
         return has_come or self._executions.leaves_some_busy
 
@@ -191,7 +191,7 @@ class Mail(MailState):
 
     @property
     def has_news(self) -> bool:
-        """Whether an input has come of which the controller has not been told."""
+        """True if there are inputs that the controller has not been told of."""
         return self._news > 0
 
     # When it is taken.

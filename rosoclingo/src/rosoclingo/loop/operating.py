@@ -113,7 +113,7 @@ def _is_all_held(state: State) -> bool:
 
 
 def _serves_cancelled(state: State, one: Execution) -> bool:
-    """Whether an action names a cancelled goal, or all goals are cancelled."""
+    """Returns whether an action names a cancelled goal, or all goals are cancelled."""
     cancelled = {goal.slot for goal in state.goals.open if goal.cancel_told}
     is_all = all(goal.cancel_told for goal in state.goals.open)
     return is_all or not cancelled.isdisjoint(split_term(one.action)[1])
@@ -163,7 +163,7 @@ def _refusal(state: State, request: ControlArrived, held: Sequence[Execution]) -
 
 
 def _is_planned(state: State, request: ControlArrived) -> bool:
-    """Whether an action is planned that is not committed yet, so that it has no token."""
+    """Returns whether an action is planned that is not committed yet, so that it has no token."""
     named = (request.actuator, request.action)
     ahead = [one for one in state.ahead() if one not in state.executions.published]
     return not request.token and any((one.actuator, one.name) == named for one in ahead)

@@ -164,7 +164,7 @@ def moved(atom: str, steps: int) -> str:
 
 
 def _is_since(atom: str, step: int) -> bool:
-    """Whether an event is of a later step, or says that this step is over."""
+    """Returns whether an event is of a later step, or ends this step."""
     if atom.startswith(SAVE):
         return False
     return (last_number(atom) or 0) > step or atom == event("info", "passed", step)

@@ -324,7 +324,7 @@ class State(Progress):
         return self._fail(one, answer)
 
     def interrupted(self) -> bool:
-        """Whether an input has to end the search; gives feedback now and then that it runs.
+        """Returns whether an input has to end the search; gives feedback now and then that it runs.
 
         In a replay, all inputs of a command have come before it begins: they end no search before
         the recorded outcomes of the command have been taken.

@@ -155,7 +155,7 @@ class Waiting:
         return max(0.0, min(self._look_at - self.environment.now(), self.watchdog.seconds))
 
     def _step_is_awaited(self, step: int) -> bool:
-        """Whether the next step can begin: with a free slot for a goal, or an answer.
+        """Returns whether the next step can begin: with a free slot for a goal, or an answer.
 
         The mode is told once in each step, as of a goal that has just come. If it waits again
         nevertheless, the step does not go on, and goals without a slot end here.

@@ -42,13 +42,13 @@ ABORT = "abort"
 """The action that ends what an actuator does, for a plan with ``abort(R,T)``."""
 
 EXPECTED = "expected"
-"""How the line of feedback begins that says when a goal will be served, and what ``~plan`` says."""
+"""Functor of the expected time of a goal, in its feedback and in ``~plan``."""
 
 DUE = "due"
-"""How the term of ``~plan`` begins that says when a goal is due."""
+"""Functor of a goal's deadline in ``~plan``."""
 
 TIMED = "timed"
-"""How the term of ``~plan`` begins that says when an action begins and ends."""
+"""Functor of the begin and end of an action in ``~plan``."""
 
 NOW = "now"
-"""How the term of ``~plan`` begins that says what time it is, which relates the others to it."""
+"""Functor of the current time in ``~plan``, to which its other times are related."""

@@ -218,11 +218,11 @@ class LoopNode:
 
     @property
     def is_refused(self) -> bool:
-        """Whether another process may not do better: with this store, this run or this memory."""
+        """True if a restart of the process cannot help: the store refuses, or memory is short."""
         return self._durability.is_refused or self._is_exhausted
 
     def is_alive(self) -> bool:
-        """Whether the loop still runs."""
+        """Returns whether the loop still runs."""
         return self._thread.is_alive()
 
     def _close(self) -> None:

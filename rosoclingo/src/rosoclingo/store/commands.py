@@ -175,7 +175,7 @@ class RecordedSolver(Forwarding):
 
 
 def _begins(commands: Sequence[wire.Command]) -> bool:
-    """Whether commands do not depend on what was told before."""
+    """Returns whether commands start with a restart, after which earlier ones do not count."""
     return bool(commands) and isinstance(commands[0], wire.Restart)
 
 

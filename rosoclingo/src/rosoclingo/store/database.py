@@ -386,7 +386,7 @@ def _read_mark(connection: sqlite3.Connection) -> Optional[HighWaterMark]:
 
 
 def _is_complete(connection: sqlite3.Connection) -> bool:
-    """Whether file and log are of one store, and reach its high-water mark."""
+    """Returns whether file and log are of one store, and reach its high-water mark."""
     try:
         mark = _read_mark(connection)
         store, number = connection.execute("SELECT store, number FROM seal").fetchone()
@@ -549,7 +549,7 @@ def _free_number(path: Path) -> int:
 
 
 def _is_damage(err: sqlite3.Error) -> bool:
-    """Whether an error of SQLite says that the file is damaged, or no database."""
+    """Returns whether an error of SQLite says that the file is damaged, or no database."""
     words = ("malformed", "not a database", "unsupported file format")
     return any(word in str(err) for word in words)
 

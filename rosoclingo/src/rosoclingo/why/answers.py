@@ -94,7 +94,7 @@ class Contrast:
 
     @property
     def is_planned(self) -> bool:
-        """Whether the best plan has the action."""
+        """True if the best plan has the action."""
         return self.plan is not None and self.action in self.plan.actions
 
 

@@ -131,7 +131,7 @@ def sentence(doubt: str) -> str:
 
 
 def prevents(doubt: str) -> bool:
-    """Whether a doubt may be the reason why there is no plan."""
+    """Returns whether a doubt may be the reason why there is no plan."""
     return parse(doubt)[0] not in ("never", "wantless")
 
 

@@ -119,7 +119,7 @@ class Deadline:
         self._stopped = stopped
 
     def is_over(self) -> bool:
-        """Whether the deadline has passed, or the question was cancelled."""
+        """Returns whether the deadline has passed, or the question was cancelled."""
         return time.monotonic() > self._end or self._stopped()
 
     def left(self) -> float:

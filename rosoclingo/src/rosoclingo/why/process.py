@@ -255,7 +255,7 @@ class _Child:
             self.process.send_signal(signal.SIGSTOP if rests else signal.SIGCONT)
 
     def has_ended(self) -> bool:
-        """Whether the process has ended."""
+        """Returns whether the process has ended."""
         return self.process.poll() is not None
 
     def how(self) -> str:

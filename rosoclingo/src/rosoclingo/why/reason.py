@@ -76,12 +76,12 @@ class MinimalReason:
 
     @property
     def is_finished(self) -> bool:
-        """Whether the search was complete."""
+        """True if the search was complete."""
         return self.is_complete and self.is_examined
 
     @property
     def has_only_goals(self) -> bool:
-        """Whether goals are the only members."""
+        """True if goals are the only members."""
         return all(member.fact.kind is FactKind.REQUEST for member in self.members)
 
     @property
@@ -169,7 +169,7 @@ class ReasonSearch:
         return self._known[facts]
 
     def _is_wrong(self, facts: Iterable[Fact]) -> bool:
-        """Whether some facts alone, with the given ones, have the answer to be explained."""
+        """Returns whether some facts, with the given ones, suffice for the explained answer."""
         facts = frozenset(facts) | self._given
         wrong = self._verdict(facts).answer is self._wrong
         if wrong and len(facts) < len(self._best):

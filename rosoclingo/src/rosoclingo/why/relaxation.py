@@ -108,13 +108,13 @@ class Relaxation:
         yield self._copy.last
 
     def _suffice(self, rules: FrozenSet[Fact]) -> bool:
-        """Whether rules are proven in time to prevent a plan up to the last step."""
+        """Returns whether rules are proven in time to prevent a plan up to the last step."""
         with contextlib.suppress(InterruptedQuestionError), self._deadline.share(_ALL_STEPS):
             return self._keep(rules).answer is self._wrong
         return False
 
     def _has_plan(self, rules: FrozenSet[Fact]) -> bool:
-        """Whether there is a plan without some rules, which is cached."""
+        """Returns whether there is a plan without some rules, which is cached."""
         plan = self._relax(rules).plan
         if plan is not None:
             self._plans[rules] = plan

@@ -78,7 +78,7 @@ NO_RULES = Rules()
 
 
 def is_relaxed(atom: str) -> bool:
-    """Whether an atom relaxes a constraint."""
+    """Returns whether an atom relaxes a constraint."""
     return atom.startswith(_RELAXED)
 
 
@@ -130,7 +130,7 @@ def _is_constraint(statement: ast.AST) -> bool:
 
 
 def _keeps(constraint: ast.AST) -> bool:
-    """Whether a constraint demands a plan, or keeps committed actions."""
+    """Returns whether a constraint demands a plan, or keeps committed actions."""
     for term in atom_terms(constraint.body):
         if term.ast_type is ast.ASTType.Function:
             words = [str(argument) for argument in term.arguments]

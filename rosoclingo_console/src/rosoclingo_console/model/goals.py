@@ -43,7 +43,7 @@ class GoalFate(NamedTuple):
 
     @property
     def is_refused(self) -> bool:
-        """Whether it has ended because it cannot be served."""
+        """True if it has ended because it cannot be served."""
         return self.status in (Status.REJECTED, Status.ABORTED)
 
 

@@ -59,18 +59,18 @@ class Access:
         return not self.read_only and self.is_token(token)
 
     def is_host(self, host: str) -> bool:
-        """Whether the header ``Host`` of a request names this server."""
+        """Returns whether the header ``Host`` of a request names this server."""
         name = _host_name(host)
         return name == LOCALHOST or name in self.hosts or _is_address(name)
 
     def is_same_origin(self, origin: str, host: str) -> bool:
-        """Whether the header ``Origin`` of a request is that of the page of this server."""
+        """Returns whether the header ``Origin`` of a request is that of the page of this server."""
         parts = origin.partition("://")
         return parts[0] in ("http", "https") and bool(host) and parts[2].lower() == host.lower()
 
 
 def is_loopback(address: str) -> bool:
-    """Whether only this machine can connect to an address to listen on."""
+    """Returns whether only this machine can connect to an address to listen on."""
     if address == LOCALHOST:
         return True
     return _is_address(address) and ipaddress.ip_address(address).is_loopback

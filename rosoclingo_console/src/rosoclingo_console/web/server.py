@@ -211,7 +211,7 @@ async def _body(request: web.Request) -> Any:
 
 
 def _is_gone(request: web.Request) -> bool:
-    """Whether the client of a request has ended its connection."""
+    """Returns whether the client of a request has ended its connection."""
     return request.transport is None or request.transport.is_closing()
 
 

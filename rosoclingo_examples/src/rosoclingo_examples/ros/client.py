@@ -45,7 +45,7 @@ class RequestClient:
         threading.Thread(target=self._send_again, name="send again", daemon=True).start()
 
     def there(self) -> bool:
-        """Whether the server is ready for requests."""
+        """Returns whether the server is ready for requests."""
         # Not by actionlib's wait_for_server: without a simulator's clock that never returns.
         action = self._action
         if action.last_status_msg is None:

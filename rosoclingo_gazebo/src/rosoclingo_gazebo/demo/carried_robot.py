@@ -45,7 +45,7 @@ class CarriedRobot(DemoStory):
             if jumped:
                 self.trace.happen(DriveEventKind.CARRIED, "carried, and does not know")
                 x, y = place
-                print(f"  nobody says so: the robot is at ({x:.1f}, {y:.1f})", flush=True)
+                print(f"  carried unnoticed: the robot is at ({x:.1f}, {y:.1f})", flush=True)
 
     def notes(self, record: Record) -> None:
         """Handles what the robot says that it sees, and what is believed."""

@@ -105,7 +105,7 @@ class FleetStory:
 
     @property
     def there(self) -> bool:
-        """Whether the positions of all robots are known."""
+        """True if the positions of all robots are known."""
         with self._lock:
             return all(member.trace.path for member in self.members.values())
 

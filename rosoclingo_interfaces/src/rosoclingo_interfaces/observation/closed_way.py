@@ -62,7 +62,7 @@ class ClosedWay:
             raise ObservationError(f"closed needs a topic of {SCAN} or {GRID}, not {message}")
 
     def read(self, message: Any, before: Reading) -> Reading:
-        """Whether the way is closed.
+        """Returns whether the way is closed.
 
         Raises:
             ReadingError: The message makes no sense, or it is not known where it is from.
@@ -155,6 +155,6 @@ def _positions(to_sensor: Any, shape: Tuple[int, int]) -> Tuple[Cells, Cells]:
 
 
 def _has_path(free: Cells) -> bool:
-    """Whether free cells lead from the first row to the last."""
+    """Returns whether free cells lead from the first row to the last."""
     areas, _ = ndimage.label(free)
     return bool(np.intersect1d(areas[0][areas[0] > 0], areas[-1]).size)

@@ -63,7 +63,7 @@ class RangeCondition:
         _expect(self.field, message, slots, _NUMBERS, "a number")
 
     def read(self, message: Any, before: Reading) -> Reading:
-        """Whether the condition holds.
+        """Returns whether the condition holds.
 
         Infinities are numbers in a list only, where laser scanners say by them that nothing is
         there.
@@ -104,7 +104,7 @@ class PatternCondition:
         _expect(self.field, message, slots, _KINDS[str], "a text")
 
     def read(self, message: Any, _: Reading) -> Reading:
-        """Whether the condition holds.
+        """Returns whether the condition holds.
 
         Raises:
             ReadingError: The text is too long.
@@ -137,7 +137,7 @@ class EqualsCondition:
         _expect(self.field, message, slots, _KINDS[type(self.value)], name)
 
     def read(self, message: Any, _: Reading) -> Reading:
-        """Whether the condition holds."""
+        """Returns whether the condition holds."""
         return HOLDS if self.value in self.field.values(message) else None
 
 
@@ -164,7 +164,7 @@ class CovarianceCondition:
         _expect(self.field, message, slots, _COVARIANCES, "a covariance matrix")
 
     def read(self, message: Any, before: Reading) -> Reading:
-        """Whether the covariance exceeds the limit.
+        """Returns whether the covariance exceeds the limit.
 
         Raises:
             ReadingError: The matrix is none.
@@ -197,7 +197,7 @@ class SilenceCondition:
         """Takes any type of messages."""
 
     def read(self, message: Any, _: Reading) -> Reading:
-        """Whether the condition holds.
+        """Returns whether the condition holds.
 
         Args:
             message: For how many seconds nothing has been heard.

@@ -38,7 +38,7 @@ class Fulfill(ActionInterface):
         )
 
     def knows(self, action: clingo.Symbol) -> bool:
-        """Whether this node answers an action; the others are another node's."""
+        """Returns whether this node answers an action; the others are another node's."""
         return self._actions.search(str(action)) is not None
 
     def outcome_after_crash(self, action: clingo.Symbol) -> str:

@@ -129,7 +129,7 @@ class Lookout:
     def is_closed(
         self, here: PathPoint, goal: PathPoint, execution: ActionExecution
     ) -> Optional[bool]:
-        """Whether the straight way from the robot to a place is closed, by its laser.
+        """Returns whether the straight way from the robot to a place is closed, by its laser.
 
         Args:
             here: Where the robot is, in metres.

@@ -150,7 +150,7 @@ class MoveBase(ActionInterface):
     def _is_closed(
         self, lookout: Lookout, here: PathPoint, missed: Optional[str], execution: ActionExecution
     ) -> Optional[bool]:
-        """Whether the way of a failed drive is closed; None if that is not seen."""
+        """Returns whether the way of a failed drive is closed; None if that is not seen."""
         if missed is None or self._last is None:
             return None
         places = self._waypoints.places

@@ -56,7 +56,7 @@ class Base:
 
     @property
     def connected(self) -> bool:
-        """Whether the server is connected to all topics of the action."""
+        """True if the server is connected to all topics of the action."""
         client = self._client
         topics = (
             client.pub_goal, client.pub_cancel,

@@ -137,7 +137,7 @@ class InterfaceNode:
             )
 
     def _dispatches(self, header: Mapping[str, str]) -> bool:
-        """Whether the publisher of a message on ``out`` publishes ``dispatch``, too.
+        """Returns whether the publisher of a message on ``out`` publishes ``dispatch``, too.
 
         The master is asked once for each connection: such a node opens ``dispatch`` first.
         """

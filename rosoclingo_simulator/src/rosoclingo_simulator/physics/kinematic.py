@@ -61,7 +61,7 @@ class KinematicPhysics:
 
     @property
     def touches(self) -> bool:
-        """Whether the robot touches a wall, a box or another robot now."""
+        """True if the robot touches a wall, a box or another robot now."""
         return self._clearance(self.pose) < physics.ROBOT_RADIUS + _TOUCHING
 
     def reset(self, pose: Pose) -> None:
@@ -97,7 +97,7 @@ class KinematicPhysics:
         return Pose(last.x, last.y, end.theta)
 
     def _may_be(self, pose: Pose) -> bool:
-        """Whether the robot may move to a pose; from inside of an obstacle it may move out."""
+        """Returns whether the robot may move to a pose; it may leave an obstacle it is in."""
         clearance = self._clearance(pose)
         return clearance >= physics.ROBOT_RADIUS or clearance > self._clearance(self.pose)
 

@@ -107,7 +107,7 @@ class _Stream:
 
     @property
     def wanted(self) -> bool:
-        """Whether there is a subscriber."""
+        """True if there is a subscriber."""
         return bool(self._images.get_num_connections() or self._infos.get_num_connections())
 
     def publish(self, picture: np.ndarray, focal: float, stamp: rospy.Time) -> None:

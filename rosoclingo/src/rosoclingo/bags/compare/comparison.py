@@ -75,7 +75,7 @@ class ComparisonRow:
 
     @property
     def same(self) -> bool:
-        """Whether both are the same here."""
+        """True if both are the same here."""
         return self.expected == self.seen and self.stall is None
 
 

@@ -15,7 +15,7 @@ from rosoclingo.bags.holds import HoldSpan
 OPEN = "open"
 RECALLED = "recalled"
 PLANNED = "planned"
-"""In the place of an answer: the action is planned only."""
+"""The answer of actions that are only planned."""
 
 
 @dataclass(frozen=True)
@@ -272,7 +272,7 @@ class Statistics:
 
     @property
     def until(self) -> float:
-        """When the run ends, with what is planned."""
+        """The end of the run, or of its plan if that is later."""
         ends = [goal.expected for goal in self.goals if goal.expected is not None]
         ends += [action.ended for action in self.planned if action.ended is not None]
         return max([self.ended, *ends])

@@ -51,14 +51,14 @@ class Connection:
 
     @property
     def is_complete(self) -> bool:
-        """Whether the node is connected to all topics."""
+        """True if the node is connected to all topics."""
         topics = [self._status, self._journal]
         is_heard = all(number >= self._lives for number in self._heard_by.values())
         return is_heard and all(topic.get_num_connections() for topic in topics)
 
     @property
     def is_open(self) -> bool:
-        """Whether the node is still connected; afterwards, all that it has sent has arrived."""
+        """True if the node is still connected; afterwards, all that it has sent has arrived."""
         return bool(self._journal.get_num_connections())
 
     def begin_again(self) -> None:

@@ -209,7 +209,7 @@ class Inbox:
                 self.add(item)
 
     def recalls_at_once(self, item: Cancel) -> bool:
-        """Whether a cancel request recalls its goal when it comes."""
+        """Returns whether a cancel request recalls its goal when it comes."""
         return True
 
     def call_soon(self, function: Callable[[], None]) -> bool:
@@ -249,7 +249,7 @@ class Inbox:
 
     @property
     def closed(self) -> bool:
-        """Whether the loop is to end."""
+        """True if the loop is to end."""
         return self._closed
 
     def begin_decision(
@@ -299,7 +299,7 @@ class Inbox:
 
     @property
     def may_hold(self) -> bool:
-        """Whether the loop may leave inputs in the inbox; in a replay, the recording decides."""
+        """True if the loop may leave inputs in the inbox; in a replay, the recording decides."""
         return True
 
     def waiting(self) -> List[Item]:

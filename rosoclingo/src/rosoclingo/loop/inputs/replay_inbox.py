@@ -167,13 +167,13 @@ class ReplayInbox(Inbox):
         super().add(item)
 
     def recalls_at_once(self, item: Cancel) -> bool:
-        """Whether a cancel request recalls a goal now; else that is due later."""
+        """Returns whether a cancel request recalls a goal now; else that is due later."""
         with self._changed:
             return self._is_open or self._expected[key_of(arrival_of(item))] <= 0
 
     @property
     def may_hold(self) -> bool:
-        """Whether the loop may leave inputs in the inbox, as after :meth:`open`."""
+        """True if the loop may leave inputs in the inbox, as after :meth:`open`."""
         return self._is_open
 
     def go_on(self) -> None:

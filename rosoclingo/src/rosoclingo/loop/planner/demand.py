@@ -85,7 +85,7 @@ class Demand:
     _relaxed: int = 0  # searches in a row that had more choices than the one before
 
     def __bool__(self) -> bool:
-        """Whether the encoding has opted in."""
+        """Returns whether the encoding has opted in."""
         return self.tells or self._searches
 
     @property
@@ -95,7 +95,7 @@ class Demand:
 
     @property
     def may_relax(self) -> bool:
-        """Whether the last search can be repeated with more choices."""
+        """True if the last search can be repeated with more choices."""
         return self.relaxes and self._count > 0 and self._relaxed < _MOST_RELAXED
 
     def begin(self, programs: Programs) -> None:
@@ -234,7 +234,7 @@ class Demand:
         return self.ground([Part(name, arguments) for name in names])
 
     def asks(self, symbols: Sequence[str], *, completes: bool = True) -> bool:
-        """Whether an answer set requests a part that is not grounded yet.
+        """Returns whether an answer set requests a part that is still to be grounded.
 
         Args:
             symbols: The answer set.
@@ -244,7 +244,7 @@ class Demand:
         return any(text not in self._grounded for text in chain(_asking(symbols, completes), shown))
 
     def can_wait(self, symbols: Sequence[str]) -> bool:
-        """Whether the next search may complete the plan that an answer set has chosen."""
+        """Returns whether an answer set leaves parts of its plan to a later search."""
         return any(text.startswith(_ASKS_LAST) for text in symbols)
 
     def asked_for(self, symbols: Sequence[str], *, completes: bool = True) -> List[Part]:
@@ -281,7 +281,7 @@ def _asking(symbols: Sequence[str], completes: bool) -> Iterator[str]:
 
 
 def _contains(pairs: Sequence[Pair], pair: Pair) -> bool:
-    """Whether a pair is among sorted pairs, by bisection."""
+    """Returns whether a sorted sequence contains a pair, by bisection."""
     index = bisect_left(pairs, pair)
     return index < len(pairs) and pairs[index] == pair
 

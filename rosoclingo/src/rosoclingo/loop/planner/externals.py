@@ -89,31 +89,31 @@ class PlannerExternals(ExternalsState):
             self.read()
 
     def knows(self, pairs: Sequence[Pair]) -> bool:
-        """Whether the planner knows one of some events, as far as it was asked."""
+        """Returns whether the encoding is known to declare one of some events."""
         return self.vocabulary.knows(pairs, len(self.grounded))
 
     def is_sure(self, pairs: Sequence[Pair]) -> bool:
-        """Whether :meth:`knows` is certain of some events without a request to the planner."""
+        """Returns whether :meth:`knows` is certain of some events; else ask the planner first."""
         return self.vocabulary.is_sure(pairs, len(self.grounded))
 
     def was_asked(self, source: str, content: str) -> bool:
-        """Whether it is known whether the encoding declares an event itself."""
+        """Returns whether :meth:`is_declared` is certain of an event."""
         return self.vocabulary.declares((source, content)) is not None
 
     def declares(self, source: str, content: str) -> bool:
-        """Whether the encoding declares an event itself; asks the planner if that is not known."""
+        """Returns whether the encoding declares an event itself; asks the planner if needed."""
         if not self.was_asked(source, content):
             self.ask([(source, content)])
         return self.is_declared(source, content)
 
     def is_declared(self, source: str, content: str) -> bool:
-        """Whether the encoding declares an event itself, as far as the planner was asked."""
+        """Returns whether the encoding is known to declare an event itself."""
         return bool(self.vocabulary.declares((source, content)))
 
     # The true events.
 
     def is_true(self, atom: str) -> bool:
-        """Whether an event was made true since the last reset."""
+        """Returns whether an event was made true since the last reset."""
         return atom in self._true
 
     @property
@@ -245,11 +245,11 @@ class PlannerExternals(ExternalsState):
         self.lost = False
 
     def can_be_saved(self) -> bool:
-        """Whether the planner declares events of the initial state."""
+        """Returns whether the encoding takes initial states, as ``save`` events of fluents."""
         return self._planner.demand.tells or any(atom.startswith(SAVE) for atom in self.read())
 
     def can_save(self, fluents: Iterable[str]) -> bool:
-        """Whether the planner can be told the initial state, as far as it was asked."""
+        """Returns whether the encoding is known to declare the ``save`` event of each fluent."""
         return self._planner.demand.tells or all(
             self.knows([("save", fluent)]) for fluent in fluents
         )

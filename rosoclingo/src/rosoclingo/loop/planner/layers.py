@@ -452,13 +452,13 @@ class _OneByOne(_Way):
         return Interleaving(0, _MOST_LAYERS, width=6, growth=1.15, seconds=0.05, share=0.85)
 
     def is_over(self, begin: float) -> bool:
-        """Whether searches since a time take too long, so that the plan goes out as it is."""
+        """Returns whether the search has used up its time, so that its best plan is taken."""
         if self.partial is None:
             return self._now > begin + _MOST_SECONDS
         return self._now > self._last + max(self._last - begin, _MORE_SECONDS)
 
     def is_late(self, begin: float, seconds: float) -> bool:
-        """Whether it has made no progress for some seconds of work."""
+        """Returns whether the search stalls: it has granted no other wish for some seconds."""
         return self._now > max(self._last, begin) + seconds
 
     def go_on(self, found: SearchEnded) -> Optional[SearchEnded]:

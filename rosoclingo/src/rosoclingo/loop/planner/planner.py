@@ -157,7 +157,7 @@ class Planner(PlannerState):
 
     @property
     def events_are_facts(self) -> bool:
-        """Whether an event that was made true cannot be made false again."""
+        """True if an event that was made true cannot be made false again."""
         return self._is_translated or self.demand.tells
 
     @property
@@ -424,7 +424,7 @@ class Planner(PlannerState):
 
     @property
     def _takes_turns(self) -> bool:
-        """Whether horizons may take turns, so that plans may be longer than needed."""
+        """True if horizons are searched interleaved, which may find longer plans than needed."""
         may = self.one_by_one_seconds > 0 and not self.is_thrifty
         return may and not self.recorded.knows_searches
 
@@ -519,17 +519,17 @@ class Planner(PlannerState):
 
     @property
     def _is_hasty(self) -> bool:
-        """Whether a first plan of many tasks goes out at once, to be improved later."""
+        """True if the first plan of many tasks is published at once, and improved later."""
         return self.patience == DEFAULT_PATIENCE and not self.is_awaited
 
     @property
     def is_short(self) -> bool:
-        """Whether the plan lacks something that a longer search may add."""
+        """True if the plan serves only some of the requests, and a longer search may serve more."""
         return self.demand.improves and self.layers.missing > 0
 
     @property
     def may_improve(self) -> bool:
-        """Whether a search for a better plan than the current one is worthwhile."""
+        """True if anytime improvement may find a better plan than the current one."""
         if self.is_short:
             return not self._is_through
         if self.demand:
@@ -645,7 +645,7 @@ class Planner(PlannerState):
         )
 
     def _varies(self) -> bool:
-        """Whether its plans depend on time, or, with several threads, on chance."""
+        """Returns whether plans are not reproducible: time limits or several threads decide."""
         if self._is_timed:
             return True
         if self._has_threads is None:
@@ -654,7 +654,7 @@ class Planner(PlannerState):
         return bool(self._has_threads)
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
-        """Whether there is any answer set, optimal or not; None if told to stop before."""
+        """Returns whether any answer set exists, optimal or not; None if stopped before."""
         if stopped():
             return None
         self.run()  # what is still to be told
@@ -684,7 +684,7 @@ class Planner(PlannerState):
 
     @property
     def avoids(self) -> bool:
-        """Whether an action is forbidden by :meth:`avoid`."""
+        """True if an action is forbidden by :meth:`avoid`."""
         return bool(self._avoiding)
 
     def end_avoiding(self) -> None:

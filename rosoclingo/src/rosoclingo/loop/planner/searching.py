@@ -296,7 +296,7 @@ class Searching:
         return self.solver.solve()
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
-        """Whether there is any answer set, optimal or not; None if told to stop before."""
+        """Returns whether any answer set exists, optimal or not; None if stopped before."""
         found: List[wire.Improvement] = []
         outcome = self.solver.solve((), lambda: bool(found) or stopped(), found.append)
         if found or outcome.result is wire.Result.SAT:
@@ -472,7 +472,7 @@ class Searching:
         return outcome, Quality(best.cost, bound)
 
     def _goes_on(self, symbols: Sequence[str]) -> bool:
-        """Whether a first plan is improved by further searches: by parts, or within limits."""
+        """Returns whether further searches improve a first plan: by parts, or within limits."""
         is_limited = not self.clock.is_seen and WantedLayers.of(symbols) is None
         return says_choices(symbols) or is_limited
 

@@ -128,7 +128,7 @@ def _until(plan: Plan, step: int) -> List[Action]:
 
 
 def _can_assume(solver: Solver, plan: Plan) -> bool:
-    """Whether a plan's actions can be assumed: they are atoms, not shown terms."""
+    """Returns whether a plan's actions can be assumptions: they are atoms, not shown terms."""
     found: List[wire.Improvement] = []
     assumed = [wire.Assumption(str(action), True) for action in plan.actions_from(0)]
     outcome = solver.solve(assumed, lambda: bool(found), found.append)

@@ -219,7 +219,7 @@ class TaskSearch:
 
     @property
     def is_ready(self) -> bool:
-        """Whether a long search has ended; for any thread."""
+        """True if the search process has ended; for any thread."""
         return self._attempt is not None and self._attempt.is_ready
 
     def take(self) -> Optional[SearchEnded]:

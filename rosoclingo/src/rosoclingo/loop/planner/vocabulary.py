@@ -61,21 +61,21 @@ class Vocabulary:
         self._grounded = grounded
 
     def knows(self, pairs: Sequence[Pair], grounded: int) -> bool:
-        """Whether one of these events is declared; none is missed before a step after step 0."""
+        """Returns whether one of these events is declared; true before step 1 is grounded."""
         return grounded <= 1 or any(self.has(*pair) for pair in pairs)
 
     def is_sure(self, pairs: Sequence[Pair], grounded: int) -> bool:
-        """Whether it has seen all grounded steps."""
+        """Returns whether it has learned all grounded steps."""
         return self._grounded == grounded
 
     def has(self, source: str, content: str) -> bool:
-        """Whether there is such an event in a step that was grounded when it last learned."""
+        """Returns whether such an event is declared in a learned step."""
         return f"{source},{content}" in self._pairs or (
             ANY_EVENT in self._pairs and not self._of(f"{source},")
         )
 
     def declares(self, pair: Pair) -> Optional[bool]:
-        """Whether the encoding declares just this event; None if no step after step 0 was seen."""
+        """Returns whether just this event is declared; None before step 1 is learned."""
         is_there = ",".join(pair) in self._pairs
         return is_there if is_there or self._grounded > 1 else None
 
@@ -118,15 +118,15 @@ class ToldVocabulary:
                 known.add(argument)
 
     def knows(self, pairs: Sequence[Pair], grounded: int) -> bool:
-        """Whether the encoding knows one of the pairs."""
+        """Returns whether the encoding declares one of the pairs."""
         return any(self._demand.declared.get(pair, False) for pair in pairs)
 
     def is_sure(self, pairs: Sequence[Pair], grounded: int) -> bool:
-        """Whether all of the pairs were asked about, or need not be."""
+        """Returns whether the encoding was asked about all pairs that examples do not exclude."""
         return all(pair in self._demand.declared or self._is_foreign(pair) for pair in pairs)
 
     def _is_foreign(self, pair: Pair) -> bool:
-        """Whether the examples exclude a request."""
+        """Returns whether the examples exclude a request."""
         source, content = pair
         if not self._arguments or source not in self._slots:
             return False
@@ -137,7 +137,7 @@ class ToldVocabulary:
         )
 
     def declares(self, pair: Pair) -> Optional[bool]:
-        """Whether the encoding knows just this event; None if it was not asked."""
+        """Returns whether the encoding declares just this event; None if it was not asked."""
         return self._demand.declared.get(pair)
 
     def learn(self, externals: object, grounded: int) -> None:
@@ -165,7 +165,7 @@ def _is_one_of(term: str, known: Collection[str]) -> bool:
 
 
 def _fits(term: str, example: str) -> bool:
-    """Whether a term is like an example, in which ``any`` stands for every term."""
+    """Returns whether a term matches an example, in which ``any`` stands for every term."""
     if example in (term, "any"):
         return True
     (name, arguments), (same, others) = split_term(term), split_term(example)
@@ -309,7 +309,7 @@ def _shape(arguments: Sequence[str]) -> Tuple[int, ...]:
 
 
 def _is_shaped(arguments: Sequence[str], shapes: Iterable[Tuple[int, ...]]) -> bool:
-    """Whether arguments repeat each other at the same places as in a known request."""
+    """Returns whether the same arguments are equal to each other as in a known request."""
     return any(
         all(
             (one == other) == (first == second)

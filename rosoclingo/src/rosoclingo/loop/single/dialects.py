@@ -216,7 +216,7 @@ def _grounding(part: str, *parameters: str) -> wire.Ground:
 
 
 def says_status(options: Options) -> bool:
-    """Whether the encodings of a command line have rules for ``status/3``.
+    """Returns whether the encodings of a command line have rules for ``status/3``.
 
     Raises:
         RosclingoError: A file does not parse.

@@ -92,7 +92,7 @@ class Goal(GoalState):
 
     @property
     def ended(self) -> bool:
-        """Whether the goal has ended."""
+        """True if the goal has ended."""
         return self.status in TERMINAL_STATUSES
 
     def set_status(self, status: Status, reason: str = "") -> bool:
@@ -295,7 +295,7 @@ class Goals:
         return self._slots.get(slot)
 
     def is_open(self, goal: Goal) -> bool:
-        """Whether a goal has a slot and has not ended."""
+        """Returns whether a goal has a slot and has not ended."""
         return goal in self.open
 
     def add(self, goal: Goal) -> None:
@@ -342,7 +342,7 @@ class Goals:
 
     @property
     def waiting(self) -> bool:
-        """Whether a goal has no slot."""
+        """True if a goal has no slot."""
         while self._waiting and self._waiting[0].ended:  # recalled
             self._waiting.popleft()
         return bool(self._waiting)
@@ -359,12 +359,12 @@ class Goals:
         return free + [first] * (number - len(free))
 
     def has_free_slot(self, next_step: bool = False) -> bool:
-        """Whether there is a free slot, now or as soon as the next step begins."""
+        """Returns whether there is a free slot, now or as soon as the next step begins."""
         return any(goal is None or (next_step and goal.ended) for goal in self._slots.values())
 
     @property
     def wait_for_next_step(self) -> bool:
-        """Whether a goal waits for a slot that becomes free with the next step."""
+        """True if a goal waits for a slot that becomes free with the next step."""
         return self.waiting and not self.has_free_slot() and self.has_free_slot(next_step=True)
 
     def queue_first(self, goals: Sequence[Goal]) -> None:
@@ -424,7 +424,7 @@ class Goals:
         return [goal for goal in self.open if goal.tell(line)]
 
     def all_ended(self) -> bool:
-        """Whether every slot has a goal that has ended."""
+        """Returns whether every slot has a goal that has ended."""
         return all(goal is not None and goal.ended for goal in self._slots.values())
 
     def end_waiting(self, status: Status, reason: str) -> None:

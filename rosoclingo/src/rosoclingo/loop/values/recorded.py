@@ -77,7 +77,7 @@ class Recorded:
 
     @property
     def is_early_due(self) -> bool:
-        """Whether the replay has to repeat a search for a better plan before the next decision."""
+        """True if the replay has to repeat a search for a better plan before the next decision."""
         return self._early[self.decision] > 0 and self.is_search_due(improves=True)
 
     def is_search_due(self, *, improves: bool) -> bool:

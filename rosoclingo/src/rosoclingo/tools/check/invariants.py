@@ -156,7 +156,7 @@ def foretold(run: CheckedRun) -> Iterator[str]:
 
 
 def _goes_on(last: FoundPlan, plan: FoundPlan) -> bool:
-    """Whether only inputs that the first plan expected have come between two plans."""
+    """Returns whether only inputs that the first plan expected came between two plans."""
     if [one for one in last.heard if one[0] != "does"] != [o for o in plan.heard if o[0] != "does"]:
         return False
     done = {goal for goal in plan.slots.values() if goal not in plan.over}
@@ -178,7 +178,7 @@ def _other_ends(run: CheckedRun, last: FoundPlan, plan: FoundPlan) -> Iterator[s
 
 
 def _foretells(run: CheckedRun) -> bool:
-    """Whether the encoding plans the ends of goals."""
+    """Returns whether the encoding plans the final status of goals."""
     statuses = ((plan.step, word, step) for plan in run.plans for _, word, step in plan.statuses)
     return any(word in TERMINAL_STATUSES and step > now for now, word, step in statuses)
 

@@ -87,7 +87,7 @@ def _spread(requests: Sequence[str]) -> Sequence[str]:
 
 
 def _depends(doubt: str, heads: Sequence[ast.AST]) -> bool:
-    """Whether some rule can derive an action that it does not derive now."""
+    """Returns whether some rule can derive an action in other circumstances."""
     kind, _, fact = parse(doubt)
     actuator, action = split_term(fact)[1][:2] if kind == "unsaid" else ("", "")
     return bool(action) and bool(_place(f"action({actuator},{action})", heads))
@@ -107,7 +107,7 @@ def _place(fact: str, heads: Sequence[ast.AST]) -> str:
 
 
 def _fits(pattern: str, term: str) -> bool:
-    """Whether a term of a rule's head may become a ground term; true if that is not known."""
+    """Returns whether a term of a rule's head may become a ground term; true if in doubt."""
     name, places = split_term(pattern)
     other, arguments = split_term(term)
     if not name or not name[0].islower() or (not places and not other):  # a variable, a constant

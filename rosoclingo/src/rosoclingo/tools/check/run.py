@@ -126,7 +126,7 @@ class CheckedRun(SimulatedSystem):
 
     @property
     def is_smooth(self) -> bool:
-        """Whether all actions have succeeded, and only goals and cancel requests have come."""
+        """True if all actions have succeeded, and only goals and cancel requests have come."""
         return all(
             not isinstance(entry.event, journal.MessageArrived) or entry.event.value == SUCCESS
             for entry in self.journal
@@ -139,7 +139,7 @@ class CheckedRun(SimulatedSystem):
 
     @property
     def closed(self) -> bool:
-        """Whether the run has to end, also because its time is up; long operations poll this."""
+        """True if the run has to end, also because its time is up; long operations poll this."""
         self.is_cut = self.is_cut or time.monotonic() > self._end_of_time
         return self.is_cut or super().closed
 
@@ -248,7 +248,7 @@ class Runner:
 
     @property
     def is_over(self) -> bool:
-        """Whether the time budget is used up, so that a run would be cut at once."""
+        """True if the time budget is used up, so that a run would be cut at once."""
         return time.monotonic() > self._end
 
     def run(self, words: Words) -> CheckedRun:

@@ -76,7 +76,7 @@ def without_recalled(inputs: TwinInputs, run: CheckedRun, slots: int) -> Optiona
 
 
 def _is_told_before_all(run: CheckedRun) -> bool:
-    """Whether the planner is told of the cancel request before any action is published."""
+    """Returns whether the planner is told of the cancel request before any action is published."""
     is_asked = False
     for event in run.events:
         if isinstance(event, journal.ActionPublished):

@@ -282,7 +282,7 @@ def rule(head: ListForm, alternative: Alternative) -> ListForm:
 
 
 def is_complex(form: ListForm) -> bool:
-    """Whether a condition needs a disjunctive normal form, as it is no conjunction of literals."""
+    """Returns whether a condition needs a disjunctive normal form; a conjunction does not."""
     negated = [f.parts[1] for f in form.forms() if f.head == "not" and len(f.parts) == 2]
     return any(each.head in ("or", "exists", "imply", "forall") for each in form.forms()) or any(
         isinstance(each, ListForm) and (each.head in COMPOUND or is_comparison(each))

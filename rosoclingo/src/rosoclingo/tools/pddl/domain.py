@@ -98,7 +98,7 @@ class Domain:
     made: AbstractSet[str] = frozenset()
 
     def is_kind_of(self, kind: str, wanted: str) -> bool:
-        """Whether a type is another one, or a subtype of it."""
+        """Returns whether a type is another one, or a subtype of it."""
         return wanted in kinds_of(kind, self.supertypes)
 
 

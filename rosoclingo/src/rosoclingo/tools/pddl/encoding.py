@@ -139,7 +139,7 @@ class Encoder:
 
     @property
     def begins_at_goal(self) -> bool:
-        """Whether the initial state meets the goal."""
+        """True if the initial state meets the goal."""
         state = self._task.derived_state(self._holds_at_first)
         return all(
             state[variable] == value for variable, value in self._task.goal

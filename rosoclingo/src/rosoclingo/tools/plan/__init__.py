@@ -1,1 +1,1 @@
-"""The command ``plan.py``: plans and simulates encodings at the desk. Needs no ROS."""
+"""The command ``plan.py``: plans and simulates encodings in one process. Needs no ROS."""

@@ -85,65 +85,67 @@ def run(arguments: Sequence[str]) -> int:
     parts = make_parts(
         chosen.mode, chosen.options, chosen.mode_options, log=_warn, engine=make_engine
     )
-    desk = Desk(parts.loop, chosen)
+    simulation = ShownSimulation(parts.loop, chosen)
     is_cut_off = threading.Event()
 
     def cut_off() -> None:
         is_cut_off.set()
-        desk.close()
+        simulation.close()
 
     limit = threading.Timer(chosen.profile_seconds, cut_off)
     limit.name = "time limit"
     limit.daemon = True
     if trace is not None and chosen.profile_seconds > 0:
         limit.start()
-    with ProgressPrinter(lambda: _place(desk)):
-        failure = desk.run()
-        desk.take_situation(failure)
+    with ProgressPrinter(lambda: _place(simulation)):
+        failure = simulation.run()
+        simulation.take_situation(failure)
     limit.cancel()
     if is_cut_off.is_set():
-        wrong, why, answers = [], [_cut_off(chosen, desk)], []  # type: _Said
+        wrong, why, answers = [], [_cut_off(chosen, simulation)], []  # type: _Said
     else:
-        wrong, why, answers = _judge(chosen, desk, failure)
+        wrong, why, answers = _judge(chosen, simulation, failure)
     profile = _profile(chosen.options, trace) if trace is not None else None
-    desk.finish(wrong, why, answers, profile)
-    if chosen.picture is not None and desk.plan is not None:
-        _draw(chosen, desk, desk.plan)
+    simulation.finish(wrong, why, answers, profile)
+    if chosen.picture is not None and simulation.plan is not None:
+        _draw(chosen, simulation, simulation.plan)
     return 2 if wrong else 1 if why else 0
 
 
 _Said = Tuple[List[str], List[str], List["WhyAnswer"]]
 
 
-def _judge(chosen: argparse.Namespace, desk: Desk, failure: Optional[RosclingoError]) -> _Said:
+def _judge(
+    chosen: argparse.Namespace, simulation: ShownSimulation, failure: Optional[RosclingoError]
+) -> _Said:
     """Collects faults, and why goals were not reached, with explanations by questions."""
-    wrong = refused(desk, failure)
-    if not (desk.loop.dynamic or isinstance(failure, ControllerError)):
+    wrong = refused(simulation, failure)
+    if not (simulation.loop.dynamic or isinstance(failure, ControllerError)):
         messages = [one for one in chosen.inputs if one.kind != GOAL]
         wrong += [
             f"{one}: the controller's mode is static: it takes no messages" for one in messages
         ]
-    lost = unreached(desk, desk.plan)
+    lost = unreached(simulation, simulation.plan)
     if chosen.simulate:
-        lost = [goal for goal in desk.goals if not goal.ended]
-    why = reasons(desk, lost, failure)
+        lost = [goal for goal in simulation.goals if not goal.ended]
+    why = reasons(simulation, lost, failure)
     answers: List[WhyAnswer] = []
-    if why and desk.situation is not None and not wrong and chosen.why_seconds > 0:
+    if why and simulation.situation is not None and not wrong and chosen.why_seconds > 0:
         from rosoclingo.tools.plan.why import explain  # noqa: PLC0415 (see above)
 
         with ProgressPrinter(lambda: "looking why there is no plan"):
-            answers, unanswered = explain(desk.situation, chosen, lost)
+            answers, unanswered = explain(simulation.situation, chosen, lost)
         if answers:
-            why = [desk.in_short(text) for text in why]
+            why = [simulation.in_short(text) for text in why]
         why += [answer.text for answer in answers] + unanswered
     return wrong, why, answers
 
 
-def _cut_off(chosen: argparse.Namespace, desk: Desk) -> str:
+def _cut_off(chosen: argparse.Namespace, simulation: ShownSimulation) -> str:
     """Says that the time for a profile was over."""
-    what = "the simulation was" if desk.plan else "planning was"
+    what = "the simulation was" if simulation.plan else "planning was"
     return (
-        f"{what} ended with a horizon of {desk.loop.state.horizon} steps, after "
+        f"{what} ended with a horizon of {simulation.loop.state.horizon} steps, after "
         f"{chosen.profile_seconds:g} s, as --profile-seconds says; the profile is of what was done "
         "until then"
     )
@@ -161,12 +163,12 @@ def _phrases(chosen: argparse.Namespace) -> TermPhrases:
     return TermPhrases.read(parse_files(chosen.options.files).texts.values())
 
 
-def _place(desk: Desk) -> str:
+def _place(simulation: ShownSimulation) -> str:
     """Says how far the loop is."""
-    return f"step {desk.loop.state.step}, horizon {desk.loop.state.horizon}"
+    return f"step {simulation.loop.state.step}, horizon {simulation.loop.state.horizon}"
 
 
-class Desk(SimulatedSystem):
+class ShownSimulation(SimulatedSystem):
     """A simulation that shows the plan as soon as there is one, and then what happens.
 
     Attributes:
@@ -261,7 +263,7 @@ class Desk(SimulatedSystem):
 
     @property
     def _refuses_all(self) -> bool:
-        """Whether all goals were rejected, so that there is no plan to show."""
+        """True if all goals were rejected, so that there is no plan to show."""
         return {goal.status for goal in self.goals} == {journal.Status.REJECTED}
 
     def _print_task(self, task: PlanningTask) -> None:
@@ -318,16 +320,16 @@ class Desk(SimulatedSystem):
         }  # fmt: skip
 
 
-def _draw(chosen: argparse.Namespace, desk: Desk, plan: ShownPlan) -> None:
-    title = " ".join(goal.request for goal in desk.goals) or "plan"
+def _draw(chosen: argparse.Namespace, simulation: ShownSimulation, plan: ShownPlan) -> None:
+    title = " ".join(goal.request for goal in simulation.goals) or "plan"
     with picture_errors(chosen.picture):
         # It takes a second, and who wants no picture need not have matplotlib.
         from rosoclingo.tools.plan.picture import draw_plan, draw_run  # noqa: PLC0415 (see above)
 
         if chosen.simulate:
-            draw_run(desk, title, chosen.picture)
+            draw_run(simulation, title, chosen.picture)
         else:
-            draw_plan(desk, plan, chosen.options, title, chosen.picture)
+            draw_plan(simulation, plan, chosen.options, title, chosen.picture)
     if not chosen.json:
         _print(f"wrote {chosen.picture}")
 

@@ -44,14 +44,14 @@ def draw_run(simulation: SimulatedSystem, title: str, file: Path) -> None:
 
 
 def draw_plan(
-    desk: SimulatedSystem, plan: ShownPlan, options: Options, title: str, file: Path
+    simulation: SimulatedSystem, plan: ShownPlan, options: Options, title: str, file: Path
 ) -> None:
     """Draws a plan: by seconds if it says how long actions take, else on the map or as bars.
 
     It is drawn on the map if the instance has one with positions.
 
     Args:
-        desk: What has found the plan.
+        simulation: The run that has found the plan.
         plan: The plan.
         options: The files, and options for clingo.
         title: What stands above.
@@ -61,18 +61,18 @@ def draw_plan(
         OSError: The file cannot be written.
         ValueError: There are no pictures of this ending.
     """
-    statistics = _statistics(desk)
+    statistics = _statistics(simulation)
     if statistics.planned:
         picture.draw_gantt(statistics, title, file)
         return
     graph = _graph(options)
     if graph is None:
-        _draw_bars(desk, plan, title, file)
+        _draw_bars(simulation, plan, title, file)
         return
     situation = MapSituation(graph)
-    for goal in desk.goals:
+    for goal in simulation.goals:
         situation.begin_goal(goal.id, goal.request)
-    for entry in desk.journal:
+    for entry in simulation.journal:
         if isinstance(entry.event, MessageArrived):
             situation.hear(entry.event.source, entry.event.value)
     situation.set_plan([str(action) for action in plan.actions])
@@ -80,10 +80,10 @@ def draw_plan(
     draw_shapes(standing, title, file)
 
 
-def _statistics(desk: SimulatedSystem) -> Statistics:
+def _statistics(simulation: SimulatedSystem) -> Statistics:
     """Returns what has happened, and what is planned."""
-    times = tuple(desk.plan_times)
-    return compute(Recording("", tuple(desk.journal), plan_times=times))
+    times = tuple(simulation.plan_times)
+    return compute(Recording("", tuple(simulation.journal), plan_times=times))
 
 
 def _graph(options: Options) -> Optional[Graph]:
@@ -93,12 +93,12 @@ def _graph(options: Options) -> Optional[Graph]:
         return None
 
 
-def _draw_bars(desk: SimulatedSystem, plan: ShownPlan, title: str, file: Path) -> None:
+def _draw_bars(simulation: SimulatedSystem, plan: ShownPlan, title: str, file: Path) -> None:
     last = max((action.step for action in plan.actions), default=0)
     rows: List[Lane] = []
     labels: List[Tuple[str, float, int, Optional[float]]] = []
     requests: Counter[str] = Counter()
-    for goal in desk.goals:
+    for goal in simulation.goals:
         step = plan.succeeds.get(goal.id)
         bar = Bar(0, 0, last, OPEN) if step is None else Bar(0, 0, step, "succeeded")
         requests[goal.request] += 1

@@ -53,7 +53,7 @@ def explain(
 
 
 def _has_plan(answer: WhyAnswer) -> bool:
-    """Whether the answer is that there is a plan after all: goals have ended for another reason."""
+    """Returns whether there is a plan after all, so that goals have ended for another reason."""
     if not isinstance(answer, WhyNoPlan):
         return False
     return answer.plan is not None and answer.horizon is None

@@ -27,7 +27,7 @@ PredicateSignature = Tuple[str, int]
 """A predicate's name and its number of arguments; the name of -p begins with a dash."""
 
 MARKER = "rosoclingo_profile_"
-"""How the name of each marker begins."""
+"""Prefix of the names of markers."""
 
 _ANONYMOUS = "_"
 _MOST_LETTERS = 60  # of a statement that is quoted

@@ -22,7 +22,7 @@ _GROUNDS = (  # commands on which it depends what is grounded
 
 @dataclass
 class SolverTrace:
-    """What a planner's solver has done.
+    """A trace of a planner's solver: its grounding commands, times and number of searches.
 
     Attributes:
         commands: The commands on which it depends what is grounded, in order.

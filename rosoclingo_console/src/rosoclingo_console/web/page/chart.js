@@ -16,7 +16,7 @@ const LEGEND = {
   failure: "failed",
   other: "another answer, or none",
   open: "under way",
-  planned: "planned, as long as the plan says, or else such actions take in the mean",
+  planned: "planned: as long as the plan says, or else as similar actions take on average",
   late: "after the deadline",
   hold: "paused or on hold",
   approval: "waits for an approval",
