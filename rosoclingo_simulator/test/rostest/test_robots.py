@@ -73,7 +73,7 @@ class TestRobots(unittest.TestCase):
             rospy.Subscriber("/tf_static", TFMessage, cls.on_transforms),
             rospy.Subscriber("/clock", Clock, cls.on_clock),
         ]
-        wait_for(lambda: all(robot.is_heard for robot in cls.robots.values()))
+        wait_for(lambda: cls.callers and all(robot.is_heard for robot in cls.robots.values()))
 
     @classmethod
     def on_transforms(cls, message: TFMessage) -> None:
