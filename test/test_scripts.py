@@ -78,8 +78,8 @@ def part_of_a_run(tmp_path: Path) -> Callable[..., str]:
 
 
 def test_which_part_of_the_costly_tests_runs(part_of_a_run: Callable[..., str]) -> None:
-    assert part_of_a_run() == "part:1", "there is no commit"
-    assert part_of_a_run(PART="2") == "part:1"
+    assert part_of_a_run() == "part:", "there is no history"
+    assert part_of_a_run(PART="2") == "part:"
     assert part_of_a_run("--part", "3", "--again", "2", "units") == "part:3"
     assert part_of_a_run("--full", "lint") == part_of_a_run(FULL="1") == "part:"
     assert part_of_a_run("--part", "2", FULL="1") == "part:2"
@@ -89,16 +89,9 @@ def test_which_part_of_the_costly_tests_runs(part_of_a_run: Callable[..., str]) 
 def test_a_commit_has_its_part(part_of_a_run: Callable[..., str], tmp_path: Path) -> None:
     git = ("git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@localhost")
     subprocess.run([*git, "init", "--quiet"], check=True)
-    found = set()
-    for number in range(40):
-        (tmp_path / "file").write_text(str(number))
-        subprocess.run([*git, "add", "file"], check=True)
-        subprocess.run([*git, "commit", "--quiet", "-m", "Change"], check=True)
-        tree = subprocess.check_output([*git, "rev-parse", "HEAD^{tree}"], text=True)
-        part = part_of_a_run()
-        assert part == f"part:{int(tree[:7], 16) % NUMBER + 1}"
-        found.add(part)
-    assert found == {f"part:{part + 1}" for part in range(NUMBER)}
+    for number in range(1, 8):
+        subprocess.run([*git, "commit", "--quiet", "--allow-empty", "-m", "Change"], check=True)
+        assert part_of_a_run() == f"part:{number % NUMBER + 1}"
 
 
 SCRIPT_COMMANDS = """
