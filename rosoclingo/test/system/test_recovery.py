@@ -267,6 +267,33 @@ def test_a_run_with_kills_is_recorded_shown_and_replayed(
         assert "Traceback" not in replay.output
 
 
+def test_an_answer_given_while_a_killed_loop_resumes_is_taken_once(
+    terminals: Terminals, tmp_path: Path
+) -> None:
+    """The robot sends it with its token and without, before the solvers answer again."""
+    system(terminals, tmp_path / "my run.store", "rosoclingo")
+    robot = terminals.start("python", "-c", ROBOT, "0.3")
+    client = terminals.start("python", "-c", CLIENT, "visit(3)")
+    robot.wait_for("does 2")
+    solvers = [terminals.pid(f"/{name}") for name in ("planner", "controller")]
+    sent = [terminals.listen("/robot", f"/rosoclingo/{topic}") for topic in ("in", "answer")]
+    os.kill(robot.process.pid, signal.SIGSTOP)
+    for pid in solvers:
+        os.kill(pid, signal.SIGSTOP)
+    try:
+        kill(terminals, "rosoclingo")
+        os.kill(robot.process.pid, signal.SIGCONT)
+        for listener in sent:
+            listener.wait_for("success")
+    finally:
+        for pid in solvers:
+            os.kill(pid, signal.SIGCONT)
+    assert client.wait() == 0, client.output
+    journal = terminals.listen("/rosoclingo", "/rosoclingo/journal")  # its history has all events
+    wait_for(lambda: journal.output.count('text: "succeeded"') == 2, lambda: journal.output)
+    assert journal.output.count('kind: "message"') == 2  # one for each cell
+
+
 def test_deaths_after_an_operator_has_let_go_are_replayed(
     terminals: Terminals, tmp_path: Path
 ) -> None:

@@ -192,7 +192,9 @@ class LoopNode:
             return ActionClient(restore_goal(self._server, goal), self._loop.state.note)
 
         self._goals = durability.resume(self._loop.state, client)
-        self._copies.restore(self._loop.state.executions, self._inbox.waiting())
+        executions = self._loop.state.executions
+        self._environment.told = {one.actuator: one.number for one in executions.dispatched}
+        self._copies.restore(executions, self._inbox.waiting())
         if self._environment.questions is not None:
             self._environment.questions.resume()
         for goal in durability.ended:
