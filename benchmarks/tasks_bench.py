@@ -15,8 +15,8 @@ built, and has a row of its own. Exit status 1 says that a limit is missed, or t
 valid. With ``--execute``, nothing is measured: plans are executed, actions fail at random, and each
 one that succeeds is validated. With ``--lengths``, it is measured what a plan costs after ten
 seconds, with ``~patience``, beside LAMA's plan after ten seconds, and beside the optimal plan, if
-A* finds that within a minute. With ``--whole``, the commands ``pddl.py`` and ``plan.py`` are
-measured as processes, from the start of the first one to the printed plan.
+A* finds that within a minute. With ``--whole``, the command ``pddl.py --plan`` is measured as a
+process, from its start to the printed plan.
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ import os
 import random
 import re
 import resource
-import shlex
 import subprocess
 import sys
 import tempfile
@@ -406,7 +405,7 @@ def _halves(halves: Dict[bool, List[float]]) -> Iterator[Tuple[str, Samples]]:
 
 
 def measure_whole(folder: Path, pattern: str, draws: int, report: Report) -> bool:
-    """Measures ``pddl.py`` and ``plan.py`` as a user runs them, beside LAMA's whole process.
+    """Measures ``pddl.py --plan`` as a user runs it, beside LAMA's whole process.
 
     Adds a row for each task, and those of all; returns whether all plans are valid.
     """
@@ -418,7 +417,7 @@ def measure_whole(folder: Path, pattern: str, draws: int, report: Report) -> boo
         for _ in range(draws):
             with tempfile.TemporaryDirectory() as place:
                 lama.append(plan_with_lama(domain, problem, Path(place)))
-                ours.append(plan_with_commands(domain, problem, Path(place)))
+                ours.append(plan_with_command(domain, problem, Path(place)))
         others, own = _unless_missing(lama), _unless_missing(ours)
         samples = Samples("s", tuple(each.seconds for each in own)) if own else _NO_PLAN
         all_valid &= is_valid(name, domain, problem, *own)
@@ -433,17 +432,15 @@ def measure_whole(folder: Path, pattern: str, draws: int, report: Report) -> boo
     return all_valid
 
 
-def plan_with_commands(domain: Path, problem: Path, folder: Path) -> Optional[Planned]:
-    """Imports a task by ``pddl.py`` and plans it by ``plan.py``, as its last line says.
+def plan_with_command(domain: Path, problem: Path, folder: Path) -> Optional[Planned]:
+    """Imports a task and plans it by ``pddl.py --plan``.
 
     Returns:
         None if there is no plan in time.
     """
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [sys.executable, str(_NODES / "pddl.py"), str(domain), str(problem), "--name", "one"]
-    said = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder).stdout
-    _, _, arguments = said.splitlines()[-1].partition("plan.py ")
-    command = [sys.executable, str(_NODES / "plan.py"), *shlex.split(arguments)]
+    command = [sys.executable, str(_NODES / "pddl.py"), str(domain), str(problem)]
+    command += ["--name", "one", "--plan"]
     try:
         ended = subprocess.run(
             command, check=False, capture_output=True, text=True, cwd=folder, timeout=4 * SECONDS
@@ -530,9 +527,7 @@ def main() -> int:
     parser.add_argument("--draws", type=int, default=DRAWS, metavar="N", help="of each task")
     parser.add_argument("--tasks", default="", metavar="REGEX", help="only those, by their names")
     parser.add_argument("--execute", action="store_true", help="executes plans only")
-    parser.add_argument(
-        "--whole", action="store_true", help="pddl.py and plan.py as processes only"
-    )
+    parser.add_argument("--whole", action="store_true", help="pddl.py as a process only")
     parser.add_argument("--lengths", action="store_true", help="of plans after ten seconds only")
     parser.add_argument("--seconds", type=float, default=0.0, help="to improve a plan; with --one")
     chosen = parser.parse_args()

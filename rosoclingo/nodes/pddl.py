@@ -1,4 +1,5 @@
 #!/usr/bin/env python
+import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
 from rosoclingo.tools.pddl.command import main
 
 main()

@@ -24,6 +24,7 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.in_process.parts import EXAMPLES, make_parts
 from rosoclingo.in_process.system import Request, System
 from rosoclingo.loop.words import SOLVER
+from rosoclingo.tools.pddl.command import main
 from rosoclingo.tools.pddl.expressions import PddlError
 from rosoclingo.tools.pddl.files import ImportOptions, import_task, write_files
 
@@ -41,6 +42,13 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> List[str]:
     folder = tmp_path_factory.mktemp("pddl")
     written = write_files(import_task(DOMAIN, PROBLEM, OPTIONS), folder)
     return [str(file) for file in written if file.suffix == ".lp"]
+
+
+def test_the_goal_is_planned_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([str(DOMAIN), str(PROBLEM), "--folder", str(tmp_path), "--plan"])
+    assert ended.value.code == 0
+    assert "goal 1, goal, succeeds in step" in capsys.readouterr().out
 
 
 class ImportedWorld(System):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from pathlib import Path
 from typing import Dict, NoReturn, Optional, Sequence
@@ -18,7 +19,8 @@ _EPILOG = """\
 It needs Fast Downward: pip install up-fast-downward. Requirements: :strips :typing
 :negative-preconditions :equality :conditional-effects :action-costs :numeric-fluents
 :durative-actions :derived-predicates :adl; what is not understood is refused by name, file and
-line. Exit status: 0, or 2 if the task or an option is not understood; then nothing is written."""
+line. Exit status: 0, or 2 if the task or an option is not understood; then nothing is written. With
+--plan, it is that of plan.py."""
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
@@ -39,12 +41,15 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
     except RosclingoError as err:
         say(_PROGRAM, str(err))
         sys.exit(2)
-    except KeyboardInterrupt:
-        sys.exit(130)
     for file in files:
         print(f"wrote {file}")
     encoding, instance, _ = files
-    print(f"try it: plan.py {encoding} {instance} -c steps=1000 --goal goal")
+    command = [str(encoding), str(instance), "-c", "steps=1000", "--goal", "goal"]
+    if chosen.plan:
+        from rosoclingo.tools.plan.command import main as plan  # noqa: PLC0415 (takes a moment)
+
+        plan(command)
+    print(f"try it: plan.py {shlex.join(command)}")
     sys.exit(0)
 
 
@@ -74,6 +79,7 @@ def _parser() -> argparse.ArgumentParser:
         help="how large its numbers can get; repeatable")  # fmt: skip
     add("--slots", type=_positive, metavar="N",
         help="how many requests are planned for at the same time")  # fmt: skip
+    add("--plan", action="store_true", help="plan the goal at once, as plan.py does")
     add("--library", metavar="FILE",
         help="where the encoding says that actions.lp is; by default where it is now")  # fmt: skip
     return parser
