@@ -32,7 +32,7 @@ def rostest(page: Page) -> None:
 
 
 @pytest.mark.costly
-@of("README.md", "Regression bags")
+@of("docs/bags.md", "Regression bags")
 def test_regression_bags(page: Page) -> None:
     recorded = page.type("roslaunch")
     journal = ("/rosoclingo", "/rosoclingo/journal")

@@ -10,6 +10,15 @@ from page import TOWER, Page, of
 from readmes import check_output
 
 
+@pytest.mark.costly
+@of("README.md", "ROSoClingo")
+def test_the_first_example(page: Page) -> None:
+    (page.folder / "my_robots.lp").write_text(page.block("prolog"))
+    check_output("README.md", "ROSoClingo", page.run("plan.py"))
+    page.type("single.launch").wait_for("plans with")
+    page.interrupt()
+
+
 @of("README.md", "The manual's examples")
 def test_the_manuals_examples(page: Page) -> None:
     for script in ("start.py", "istart.py"):
