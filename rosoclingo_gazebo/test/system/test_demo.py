@@ -93,7 +93,7 @@ def test_the_demo(terminals: Terminals, tmp_path: Path) -> None:
     touches = terminals.listen("/simulator", "/simulator/touches")
     demo = terminals.start("rosrun", "rosoclingo_gazebo", "demo.py", f"_output:={tmp_path / 'a'}")
     assert demo.wait(330.0) == 0, demo.output
-    check_output("README.md", "Try it", demo.output)
+    check_output("rosoclingo_gazebo/README.md", "The demo", demo.output)
     assert "2 deliveries; " in demo.output
     assert "wrong" not in demo.output
     assert {file.name for file in (tmp_path / "a").iterdir()} == {"office.png", "office.svg"}
@@ -153,7 +153,7 @@ def test_a_robot_that_is_carried(terminals: Terminals, tmp_path: Path) -> None:
         "rosrun", "rosoclingo_gazebo", "demo.py", "_story:=carried", f"_output:={tmp_path / 'a'}"
     )
     assert demo.wait(330.0) == 0, demo.output
-    check_output("README.md", "A robot that is carried", demo.output)
+    check_output("rosoclingo_gazebo/README.md", "A robot that is carried", demo.output)
     assert "wrong" not in demo.output
     assert {file.name for file in (tmp_path / "a").iterdir()} == {"carried.png", "carried.svg"}
     told = [one for one in yaml.safe_load_all(beliefs.output) if one]
