@@ -15,7 +15,7 @@ from browser import PHONE, SCREEN, Browser, Shown, browsing, quoted, violations
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webelement import WebElement
-from terminals import Terminals, terminals, wait_for
+from terminals import Terminals, package, terminals, wait_for
 
 __all__ = ["terminals"]
 
@@ -33,6 +33,8 @@ HIDDEN = """const texts = [...document.querySelectorAll('#picture text')];
         at.right > frame.right + 1 || at.bottom > frame.bottom + 1;
     return all.flatMap(([a, at], i) => [...(leaves(at) ? [a] : []), ...all.slice(i + 1)
         .filter(([, other]) => meet(at, other)).map(([b]) => `${a} and ${b}`)])"""
+PLANNED = """return [...document.querySelectorAll('#drawing .bar.planned')]
+    .map((one) => Number(one.getAttribute('width')))"""
 WIDER = "return document.scrollingElement.scrollWidth - document.documentElement.clientWidth"
 LEFT_OF_DRAWING = """const edge = document.getElementById('drawing').getBoundingClientRect().left;
     return [...document.querySelectorAll('#drawing text')]
@@ -284,6 +286,23 @@ def test_a_robot_that_is_left_out(browser: Browser, shown: Shown) -> None:
     browser.type("message-text", place)
     browser.sees_no("left out", "#attention")
     browser.sees_no("left out", "#actuators .badge")
+
+
+@pytest.mark.costly
+def test_a_plan_in_seconds(browser: Browser, shown: Shown) -> None:
+    """Bars are as long as the plan says, and the request has a lane with its deadline."""
+    folder = package("rosoclingo_aspprograms") / "restaurant"
+    shown.start_planner([folder / "instances" / "small.lp", folder / "restaurant.lp"])
+    browser.show(shown.start_console())
+    browser.request("serve(steak,t3)")
+    browser.sees("acts", "#actuators .badge")
+    wait_for(lambda: len(browser.run(PLANNED)) > 3, lambda: str(browser.run(PLANNED)))
+    widths = browser.run(PLANNED)
+    # The dish cooks for a minute, longer than the page shows; all else takes some seconds.
+    assert max(widths) > 2 * sorted(widths)[-2]
+    lane = [one.text for one in browser.driver.find_elements(By.CSS_SELECTOR, "#drawing text")]
+    assert "serve(steak,t3)" in lane
+    assert any("in time" in text for text in lane)
 
 
 @pytest.mark.costly
