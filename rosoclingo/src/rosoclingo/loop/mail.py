@@ -475,60 +475,123 @@ class Mail(MailState):
         except TermError as err:
             dropped.append(str(err))
             return False
-        actor, said = self._executions.acting(source), value
-        if message.sender == _OPERATOR and not (actor and actor.is_rejected and actor.is_open):
+        actor, is_ours = self._executions.acting(source), message.sender == _OPERATOR
+        if is_ours and not (actor and actor.is_rejected and actor.is_open):
             return False  # it was withdrawn before the planner could be asked
-        is_answer = actor is not None and actor.is_open
-        if actor and message.sender != _OPERATOR and self._is_repeated(actor, said):
-            return False
-        if actor and actor.is_held and actor.is_open and message.sender != _OPERATOR:
-            what = "a retry" if actor.pauses else "an operator"
-            dropped.append(
-                f"{journal.naming(source, value)}its action {shorten(actor.action)} waits for "
-                f"{what}, and has not begun"
-            )
-            return False
-        if actor and is_answer and message.sender != _OPERATOR:
-            told = self._fail(actor, value)
-            if told is None:
+        if actor and not is_ours:
+            if self._is_repeated(actor, value):
                 return False
-            value = told
-        for one in _LESS_SAID.get(value if actor else "", (FAILURE,) if value != said else ()):
-            if self._hold(message, [(source, value)], may_ask):
-                return True
-            if self._externals.knows([(source, value)]):
-                break
-            value = one  # if that is known; it is not taken for a success in any case
-        refused = why_no_message(source, value, self._goals.slots)
-        if refused is not None:
-            reason = refused
-        elif self._hold(message, [(source, value)], may_ask):
+            if actor.is_held and actor.is_open:
+                what = "a retry" if actor.pauses else "an operator"
+                dropped.append(
+                    f"{journal.naming(source, value)}its action {shorten(actor.action)} waits for "
+                    f"{what}, and has not begun"
+                )
+                return False
+        if actor and actor.is_open:
+            return self._take_answer(message, actor, (source, value), may_ask, dropped)
+        return self._take_news(message, actor, (source, value), may_ask, dropped)
+
+    def _take_answer(
+        self,
+        message: MessageArrived,
+        actor: Execution,
+        pair: Pair,
+        may_ask: bool,
+        dropped: List[str],
+    ) -> bool:
+        """Takes the answer to an action that is under way, or was rejected by an operator."""
+        source, said = pair
+        outcome: Optional[str] = said
+        if message.sender != _OPERATOR:
+            outcome = self._fail(actor, said)
+        if outcome is None:  # it is tried again
+            return False
+        outcome = self._declared(message, source, outcome, outcome != said, may_ask)
+        if outcome is None:
             return True
-        elif value == BUSY and self._externals.is_declared(source, BUSY):
-            reason = "who is busy, rosoclingo says itself"
-        elif not self._externals.knows([(source, value)]):
-            if actor and is_answer:
-                self._end_action(source, said, value)
-                self._warn_of_undeclared_answer(source, said)
-                return not actor.is_busy
+        reason = why_no_message(source, outcome, self._goals.slots)
+        if reason is None and self._hold(message, [(source, outcome)], may_ask):
+            return True
+        reason = reason or self._why_reserved(source, outcome)
+        if reason is not None:
+            dropped.append(f"{journal.naming(source, outcome)}{reason}")
+            return False
+        self._end_action(source, said, outcome)
+        if not self._externals.knows([(source, outcome)]):
+            self._warn_of_undeclared_answer(source, said)
+            return not actor.is_busy
+        if outcome == FAILURE and said in (UNKNOWN, LOST):
+            self._warn_of_unknown(source)
+        if actor.is_busy:
+            return False
+        self._is_paced = False
+        self.messages.append((source, outcome))
+        return True
+
+    def _take_news(
+        self,
+        message: MessageArrived,
+        actor: Optional[Execution],
+        pair: Pair,
+        may_ask: bool,
+        dropped: List[str],
+    ) -> bool:
+        """Takes a message that is no answer: one of a sensor, or of who has answered before."""
+        source, said = pair
+        value = self._declared(message, source, said, False, may_ask) if actor else said
+        if value is None:
+            return True
+        reason = why_no_message(source, value, self._goals.slots)
+        if reason is None and self._hold(message, [(source, value)], may_ask):
+            return True
+        reason = reason or self._why_reserved(source, value)
+        if reason is None and not self._externals.knows([(source, value)]):
             reason = "the planner's encoding declares no such event"
             if len(dropped) < _LOGGED_DROPS:
                 reason += self._suggest(source, value)
-        elif actor and not is_answer and actor.outcome != value:
+        elif reason is None and actor and actor.outcome != value:
             reason = why_late("it", str(actor.answer))
-        else:
-            self._end_action(source, said, value)
-            if is_answer and value == FAILURE and said in (UNKNOWN, LOST):
-                self._warn_of_unknown(source)
-            if actor and actor.is_busy:
-                return False
-            if not is_answer and self._is_known(source, value):
-                return False
-            self.messages.append((source, value))
-            self._is_paced = not is_answer and self._paces()
-            return not self._is_paced
-        dropped.append(f"{journal.naming(source, value)}{reason}")
-        return False
+        if reason is not None:
+            dropped.append(f"{journal.naming(source, value)}{reason}")
+            return False
+        self._end_action(source, said, value)
+        if (actor and actor.is_busy) or self._is_known(source, value):
+            return False
+        self.messages.append((source, value))
+        self._is_paced = self._paces()
+        return not self._is_paced
+
+    def _declared(
+        self, message: MessageArrived, source: str, value: str, is_policy: bool, may_ask: bool
+    ) -> Optional[str]:
+        """Returns an answer, or one that says less if the encoding does not declare it.
+
+        That is never a success.
+
+        Args:
+            message: The message.
+            source: Its actuator.
+            value: The answer.
+            is_policy: Whether the answer is what a policy makes of it.
+            may_ask: Whether the planner may be asked.
+
+        Returns:
+            None if the message is held, since it is not known yet what is declared.
+        """
+        for less in _LESS_SAID.get(value, (FAILURE,) if is_policy else ()):
+            if self._hold(message, [(source, value)], may_ask):
+                return None
+            if self._externals.knows([(source, value)]):
+                break
+            value = less
+        return value
+
+    def _why_reserved(self, source: str, value: str) -> Optional[str]:
+        """Returns why a message is refused that rosoclingo alone may say; None if it is not one."""
+        if value == BUSY and self._externals.is_declared(source, BUSY):
+            return "who is busy, rosoclingo says itself"
+        return None
 
     def _is_repeated(self, actor: Execution, said: str) -> bool:
         """Tells if a message of an actuator only repeats the answer that was taken last.
