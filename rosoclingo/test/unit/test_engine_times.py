@@ -24,6 +24,7 @@ from rosoclingo.engine.scheduling import Scheduler
 from rosoclingo.engine.standing import Standing
 from rosoclingo.engine.task import PlanningTask
 from rosoclingo.engine.timing import Timetable
+from rosoclingo.loop.planner import task_search
 
 SHOP = [
     "base_moves(r)", 'base_way(a,"|",b,"|",7)', 'base_way(b,"|",a,"|",7)',
@@ -76,6 +77,17 @@ def test_deadlines_count_from_when_a_request_has_come() -> None:
         times = reader.read(rows, ages={"1": age}).times
         assert times is not None
         assert times.due == {"1": due}
+
+
+def test_what_meets_a_request_that_has_waited_too_long_is_improved_as_all_else() -> None:
+    """Its wait counts more; before, the plan up to there was kept as it was."""
+    task = read('base_duration(r,take,"|",5)', 'task_overdue(1,"|",3)')
+    assert flatten(task).due == [(0, 0, 10)]
+    number = {str(action): index for index, action in enumerate(task.actions)}
+    there, back = number["r: a -> b"], number["r: b -> a"]
+    plan = [there, back, there, number["r: take"], back, number["r: put"]]
+    better = task_search._improved(task, plan, lambda: False, rest=[], work=0.1)
+    assert better == [there, number["r: take"], back, number["r: put"]]
 
 
 def test_the_strictest_deadline_and_the_largest_weight_count() -> None:

@@ -11,6 +11,7 @@ from rosoclingo.engine.flat import FlatAction, FlatEffects, FlatPairs, FlatRule,
 from rosoclingo.engine.task import PlanningTask, TaskAction, TaskFact, TaskRequest
 
 _HARD = 100  # the value of each second after which a request is of no use
+_OVERDUE = 10  # that of each second that one waits which has waited too long
 _AIMS = {"waits": kinds.WAITS, "makespan": kinds.MAKESPAN, "cost": kinds.COST}
 
 
@@ -89,6 +90,8 @@ class _Flattener:
             if slot in slots
         ]
         due += [(slots[slot], n, _HARD) for slot, n in times.latest.items() if slot in slots]
+        if self._task.elder in slots:
+            due.append((slots[self._task.elder], 0, _OVERDUE))
         facts = self._facts  # nothing depends on the values that these do not have
         return {
             "durations": [action.seconds for action in self._task.actions],

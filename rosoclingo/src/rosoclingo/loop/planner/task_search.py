@@ -304,8 +304,9 @@ def _improved(
         work: For how long it searches, in seconds of work.
         enough: After how many seconds of processor time it ends if it has a better plan.
     """
-    first = 0  # a request that has waited too long is met as soon as by the plan
-    if task.elder in task.requests:
+    first = 0
+    if task.elder in task.requests and task.times is None:
+        # What meets a request that has waited too long stays. Among seconds, its wait counts more.
         first = task.execute(plan).met.get(task.elder, 0)
     kept = plan[:first]
     done = task.execute(kept)
