@@ -1,7 +1,8 @@
-"""Report and console say the same of a run."""
+"""All that tell a run tell the same: how actions and goals end, and why."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import List, Sequence, Tuple
 
@@ -11,7 +12,8 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Entry, Event
+from rosoclingo.loop.journal import Entry, Event, Status
+from rosoclingo.tools.plan.story import RunStory
 from rosoclingo_console.model.system import SystemModel
 
 BAGS = sorted((Path(__file__).resolve().parents[3] / "test" / "bags").rglob("*.bag"))
@@ -47,6 +49,27 @@ def stories(entries: Sequence[Entry]) -> Tuple[Story, Story]:
     return [*told[-MOST:], *sorted(told_goals)], [*shown, *sorted(shown_goals)]
 
 
+def narrated(entries: Sequence[Entry]) -> Tuple[List[str], List[str]]:
+    """Returns what was taken for answers, and how goals end, by the report and by ``plan.py``."""
+    run = compute(Recording("", tuple(entries)))
+    lines: List[str] = []
+    story = RunStory(lambda line: lines.append(line.strip()))
+    for entry in entries:
+        story.hear(entry)
+    told = [f"{action.actuator} answers {action.answer}" for action in run.actions if action.answer]
+    told += [f"{one.id} answers {one.value}" for one in run.messages if one.dropped]
+    told += [f"goal {goal.id}, {goal.request}, {ENDS[goal.outcome]}" for goal in run.goals
+             if goal.ended]  # fmt: skip
+    said = [re.split(", at |: ", line)[0] for line in lines]
+    answers = [line for line in said if re.match(r"\S+ answers ", line)]
+    return told, [*answers, *(line for line in said if line.endswith(tuple(ENDS.values())))]
+
+
+ENDS = {
+    Status.SUCCEEDED.value: "has succeeded", Status.CANCELED.value: "is canceled",
+    Status.ABORTED.value: "is aborted", Status.REJECTED.value: "is rejected",
+    "recalled": "is canceled",
+}  # fmt: skip
 A, M = journal.ActionPublished, journal.MessageArrived
 
 
@@ -54,8 +77,8 @@ A, M = journal.ActionPublished, journal.MessageArrived
     ("events", "story"),
     [
         (
-            [A("r", "go(2)"), journal.ActionRetried("r", "go(2)", 1, "failure"), A("r", "go(2)"),
-             M("r", "success")],
+            [A("r", "go(2)"), M("r", "failure"), journal.ActionRetried("r", "go(2)", 1, "failure"),
+             A("r", "go(2)"), M("r", "success")],
             [("r", "go(2)", False, "failure"), ("r", "go(2)", False, "success")],
         ),
         (
@@ -79,10 +102,15 @@ def test_actions_end_alike(events: Sequence[Event], story: Story) -> None:
     told, shown = stories(entries)
     assert told == shown
     assert told == [*story, ("", "visit(3)", True, "")]
+    told, said = narrated(entries)
+    assert sorted(told) == sorted(said)
 
 
 @pytest.mark.parametrize("bag", BAGS, ids=lambda bag: str(bag.relative_to(bag.parents[1])))
 def test_bags_are_told_alike(bag: Path) -> None:
-    told, shown = stories(read_recording(bag).entries)
+    entries = read_recording(bag).entries
+    told, shown = stories(entries)
     assert told == shown
     assert told or "static" in bag.name
+    told, said = narrated(entries)
+    assert sorted(told) == sorted(said)
