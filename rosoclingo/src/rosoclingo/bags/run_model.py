@@ -19,17 +19,17 @@ This alone says when they begin and end, whoever shows them. Each try of an acti
 
 from __future__ import annotations
 
-import re
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, Callable, Deque, Dict, Iterator, List, Mapping, Optional, Set, Tuple
+from itertools import islice
+from typing import Any, Callable, Deque, Dict, List, Mapping, Optional, Set, Tuple
 
 from rosclingo.wire.term_text import compact, last_number, split_term
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Status
 from rosoclingo.loop.words import ABORT, SUCCESS
 
-_QUOTED = re.compile(r"['\"] ")  # where a quoted text may end
+_RECENT = 1000  # a message is dropped soon after it has come
 
 PlannedSteps = Dict[int, Set[str]]
 """For each step, its actions, as ``actuator: action``."""
@@ -110,6 +110,7 @@ class TrackedMessage:
         value: What it says; empty where the source is.
         action: The action that it was taken for an answer of, if it was.
         dropped: Why it was dropped; empty if the planner was told; None while neither is known.
+        naming: What the reason then begins with, without spaces; empty where the source is.
     """
 
     number: int
@@ -119,17 +120,12 @@ class TrackedMessage:
     value: str = ""
     action: Optional[TrackedAction] = None
     dropped: Optional[str] = None
+    naming: str = ""
 
     @property
     def is_success(self) -> bool:
         """True if it says that an action has succeeded."""
         return self.action is not None and self.value == SUCCESS
-
-    @property
-    def names(self) -> Tuple[str, str, str]:
-        """What the reason begins with why it is dropped; the first without spaces."""
-        naming = compact(journal.naming(self.source, self.value))
-        return naming, f"{self.source!r} ", f"{self.value!r} "
 
 
 @dataclass(eq=False)
@@ -220,9 +216,13 @@ class RunModel:
         handler = self._handlers.get(type(entry.event))
         return None if handler is None else handler(entry, entry.event)
 
+    def last_of(self, actuator: str) -> Optional[TrackedAction]:
+        """Returns the last action of an actuator; None if there is none."""
+        return self.last.get(compact(actuator))
+
     def acting(self, actuator: str) -> Optional[TrackedAction]:
         """Returns the action that an actuator has not answered; None if there is none."""
-        last = self.last.get(compact(actuator))
+        last = self.last_of(actuator)
         return last if last is not None and last.ended is None else None
 
     @property
@@ -264,31 +264,31 @@ class RunModel:
         action = self.acting(event.source)
         if action is not None:
             action.ended, action.answer = entry.seconds, event.value
+        naming = compact(journal.naming(event.source, event.value))
         message = TrackedMessage(
-            entry.number, entry.seconds, entry.step, event.source, event.value, action
-        )
+            entry.number, entry.seconds, entry.step, event.source, event.value, action,
+            naming=naming,
+        )  # fmt: skip
         self._keep(message)
-        for name in message.names:
-            self._named.setdefault(name, []).append(message)
+        self._named.setdefault(naming, []).append(message)
         self._untold.append(message)
         if not message.is_success:
             self._since_plan.append(message)
         return action
 
     def _on_dropped(self, entry: Entry, event: journal.MessageDropped) -> Optional[TrackedAction]:
-        found = next(filter(None, map(self._named.get, _possible_names(event.reason))), None)
-        if found is None:
+        message = self._named_by(event.reason)
+        if message is None:
             self._keep(
                 TrackedMessage(entry.number, entry.seconds, entry.step, dropped=event.reason)
             )
             return None
-        message = found[-1]
         self._unname(message)
         message.dropped = event.reason
         action = message.action
         if action is not None:  # it was no answer
             action.answer = ""
-            if self.last[compact(action.actuator)] is action:
+            if self.last_of(action.actuator) is action:
                 action.ended = None
         return action
 
@@ -297,12 +297,26 @@ class RunModel:
             self._unname(self.messages[0])
         self.messages.append(message)
 
+    def _named_by(self, reason: str) -> Optional[TrackedMessage]:
+        """Returns the last message that a reason names, and that is not dropped."""
+        spaceless = compact(reason)
+        at = spaceless.find(":")
+        while at >= 0:
+            found = self._named.get(spaceless[: at + 1])
+            if found:
+                return found[-1]
+            at = spaceless.find(":", at + 1)
+        if not reason.startswith(("'", '"')):
+            return None
+        recent = islice(reversed(self.messages), _RECENT)  # it quotes what is no term
+        return next((one for one in recent if not one.dropped and _is_quoted(one, reason)), None)
+
     def _unname(self, message: TrackedMessage) -> None:
-        """Forgets how a message is named, which is dropped now or is so old that it will not be."""
-        for name in () if message.dropped else message.names:
-            self._named[name].remove(message)
-            if not self._named[name]:
-                del self._named[name]
+        """Forgets the name of a message, which is dropped or so old that it will not be."""
+        if not message.dropped:
+            self._named[message.naming].remove(message)
+            if not self._named[message.naming]:
+                del self._named[message.naming]
 
     def _on_action(self, entry: Entry, event: journal.ActionPublished) -> Optional[TrackedAction]:
         if event.action == ABORT:  # the actuator is still at what is aborted
@@ -343,8 +357,5 @@ class RunModel:
         self.end = None
 
 
-def _possible_names(reason: str) -> Iterator[str]:
-    """Yields what may name a message in the reason why it was dropped."""
-    spaceless = compact(reason)
-    yield from (spaceless[: at + 1] for at, sign in enumerate(spaceless) if sign == ":")
-    yield from (reason[: found.end()] for found in _QUOTED.finditer(reason))
+def _is_quoted(message: TrackedMessage, reason: str) -> bool:
+    return reason.startswith((f"{message.source!r} ", f"{message.value!r} "))
