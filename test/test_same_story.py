@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import re
 from pathlib import Path
-from typing import List, Sequence, Tuple
+from typing import Iterator, List, Sequence, Tuple
 
 import pytest
 
@@ -12,12 +14,16 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.report.run import MessageRun
 from rosoclingo.bags.report.statistics import compute
+from rosoclingo.bags.run_model import RunModel, TrackedAction
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Event, Status
 from rosoclingo.tools.plan.story import RunStory
 from rosoclingo_console.model.system import SystemModel
+from rosoclingo_examples.orders import Bring
+from rosoclingo_gazebo.demo.fleet import FleetStory
+from rosoclingo_gazebo.demo.story import DemoStory
 
-BAGS = sorted((Path(__file__).resolve().parents[3] / "test" / "bags").rglob("*.bag"))
+BAGS = sorted((Path(__file__).resolve().parent / "bags").rglob("*.bag"))
 MOST = 200  # actions and ended goals that the console keeps, at least
 
 Story = List[Tuple[str, str, bool, str]]
@@ -74,7 +80,49 @@ def narrated(entries: Sequence[Entry]) -> Tuple[List[str], List[str]]:
              if goal.ended]  # fmt: skip
     said = [re.split(", at |: ", line)[0] for line in lines]
     answers = [line for line in said if re.match(r"\S+ answers ", line)]
-    return told, [*answers, *(line for line in said if line.endswith(tuple(ENDS.values())))]
+    return sorted(told), sorted(
+        [*answers, *(line for line in said if line.endswith(tuple(ENDS.values())))]
+    )
+
+
+def answers(entries: Sequence[Entry]) -> Iterator[Tuple[TrackedAction, str]]:
+    """Yields what was taken for an answer, also if it was dropped then: demos tell it at once."""
+    run = RunModel()
+    for entry in entries:
+        action = run.apply(entry)
+        if action is not None and isinstance(entry.event, journal.MessageArrived):
+            yield action, entry.event.value
+
+
+def fleet_lines(entries: Sequence[Entry]) -> Tuple[List[str], List[str]]:
+    """Returns failures and open goals, by the report and by the demo of a fleet."""
+    run = compute(Recording("", tuple(entries)))
+    robots = {action.actuator for action in run.actions}
+    story = FleetStory(robots, {"here": (0.0, 0.0)})
+    for robot in robots:
+        story.moves(robot, 0.0, (0.0, 0.0), 0.0)
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        for entry in entries:
+            story.learns(entry.event)
+    failed = [f"{answer.actuator} {answer.name} fails" for answer, value in answers(entries)
+              if value != "success"]  # fmt: skip
+    is_open = sum(goal.ended is None for goal in run.goals)
+    said = [" ".join(line.split()[2:]) for line in out.getvalue().splitlines() if "fails" in line]
+    return [*sorted(failed), f"{is_open} open"], [*sorted(said), f"{story.open} open"]
+
+
+def demo_lines(entries: Sequence[Entry]) -> Tuple[List[str], List[str]]:
+    """Returns actions with answers, and whether all goals ended, by the report and by the demo."""
+    run = compute(Recording("", tuple(entries)))
+    story = DemoStory([Bring("bring(a,b)", ("box",))] * 9, lambda _: None)
+    story.moves(0.0, (0.0, 0.0))
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        for entry in entries:
+            story.notes(entry)
+    told = [f"{action.name} {value}" for action, value in answers(entries)]
+    said = [" ".join(line.split()[4:6]) for line in out.getvalue().splitlines()]
+    is_over = all(goal.ended is not None for goal in run.goals)
+    return [*sorted(told), str(is_over)], [*sorted(said), str(story.has_ended)]
 
 
 ENDS = {
@@ -114,8 +162,9 @@ def test_actions_end_alike(events: Sequence[Event], story: Story) -> None:
     told, shown = stories(entries)
     assert told == shown
     assert [one for one in told if ": " not in one[1]] == [*story, ("", "visit(3)", True, "")]
-    told, said = narrated(entries)
-    assert sorted(told) == sorted(said)
+    for tell in (narrated, fleet_lines, demo_lines):
+        told, said = tell(entries)
+        assert told == said
 
 
 @pytest.mark.parametrize("bag", BAGS, ids=lambda bag: str(bag.relative_to(bag.parents[1])))
@@ -124,5 +173,6 @@ def test_bags_are_told_alike(bag: Path) -> None:
     told, shown = stories(entries)
     assert told == shown
     assert told or "static" in bag.name
-    told, said = narrated(entries)
-    assert sorted(told) == sorted(said)
+    for tell in (narrated, fleet_lines, demo_lines):
+        told, said = tell(entries)
+        assert told == said
