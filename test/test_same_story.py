@@ -10,8 +10,10 @@ from typing import Iterator, List, Sequence, Tuple
 
 import pytest
 
+from rosoclingo.bags.compare.history import History
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.report.run import MessageRun
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.bags.run_model import RunModel, TrackedAction
@@ -83,6 +85,14 @@ def narrated(entries: Sequence[Entry]) -> Tuple[List[str], List[str]]:
     return sorted(told), sorted(
         [*answers, *(line for line in said if line.endswith(tuple(ENDS.values())))]
     )
+
+
+def compared(entries: Sequence[Entry]) -> Tuple[List[str], List[str]]:
+    """Returns how goals end, by the report and by ``compare.py``."""
+    run, history = compute(Recording("", tuple(entries))), History(Run(entries), True)
+    told = [f"{goal.request} {goal.outcome}" for goal in run.goals]
+    said = [f"{history.requests[key]} {goal.outcome}" for key, goal in history.goals.items()]
+    return [line.replace("recalled", "canceled") for line in told], said
 
 
 def answers(entries: Sequence[Entry]) -> Iterator[Tuple[TrackedAction, str]]:
@@ -162,7 +172,7 @@ def test_actions_end_alike(events: Sequence[Event], story: Story) -> None:
     told, shown = stories(entries)
     assert told == shown
     assert [one for one in told if ": " not in one[1]] == [*story, ("", "visit(3)", True, "")]
-    for tell in (narrated, fleet_lines, demo_lines):
+    for tell in (narrated, compared, fleet_lines, demo_lines):
         told, said = tell(entries)
         assert told == said
 
@@ -173,6 +183,6 @@ def test_bags_are_told_alike(bag: Path) -> None:
     told, shown = stories(entries)
     assert told == shown
     assert told or "static" in bag.name
-    for tell in (narrated, fleet_lines, demo_lines):
+    for tell in (narrated, compared, fleet_lines, demo_lines):
         told, said = tell(entries)
         assert told == said
