@@ -58,6 +58,13 @@ def test_of_equal_messages_the_last_one_is_dropped_first() -> None:
     assert ends(run) == [("go", False, "")]
 
 
+def test_a_reason_may_be_long() -> None:
+    run = fold(Journal().message("r", "x").dropped(f"id r, value x: {':' * 10**6}"))
+    assert run.messages[0].dropped
+    run = fold(Journal().message("r", "x").dropped(":" * 10**6))
+    assert [message.source for message in run.messages] == ["r", ""]
+
+
 def test_only_the_last_messages_and_actions_are_kept() -> None:
     journal = Journal()
     for number in range(5):

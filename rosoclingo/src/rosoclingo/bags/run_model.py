@@ -1,6 +1,7 @@
 """Folds a journal into the state of a run: its goals, actions, messages and plans.
 
-This alone says when they begin and end, whoever shows them. Each try of an action is an action.
+It is the one place that decides when they begin and end, for all that show a run. An action that is
+tried again is another one. What a message was taken for is undone if the loop drops it.
 
 >>> run = RunModel()
 >>> journal_of = [
@@ -19,8 +20,10 @@ This alone says when they begin and end, whoever shows them. Each try of an acti
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import Any, Callable, Deque, Dict, List, Mapping, Optional, Set, Tuple
 
@@ -30,6 +33,7 @@ from rosoclingo.loop.journal import Entry, Status
 from rosoclingo.loop.words import ABORT, SUCCESS
 
 _RECENT = 1000  # a message is dropped soon after it has come
+_LONGEST = 1000  # characters at the beginning of a reason, in which it names a message
 
 PlannedSteps = Dict[int, Set[str]]
 """For each step, its actions, as ``actuator: action``."""
@@ -142,20 +146,21 @@ class TrackedPlan:
     is_expected: bool = True
     reset: int = 0
 
-    def steps(self, first: Optional[int] = None) -> PlannedSteps:
-        """Returns its actions by their steps, as these are numbered now.
+    def steps(self, first: float = -math.inf) -> PlannedSteps:
+        """Returns its actions from a step on by their steps, as these are numbered now."""
+        first = max(first, 1 if self.reset else first)  # a reset forgets what is done
+        found = self._found_steps.items()
+        return {at - self.reset: one for at, one in found if at - self.reset >= first}
 
-        Args:
-            first: The first step that is of interest; None for all.
-        """
+    @cached_property
+    def _found_steps(self) -> PlannedSteps:
+        """Its actions by their steps, as these were numbered when it was found."""
         steps: PlannedSteps = {}
         for atom in self.atoms:
             name, arguments = split_term(atom)
             number = last_number(atom)
-            if name != "do" or number is None or (self.reset and number <= self.reset):
-                continue
-            if first is None or number - self.reset >= first:
-                steps.setdefault(number - self.reset, set()).add(": ".join(arguments[:-1]))
+            if name == "do" and number is not None:
+                steps.setdefault(number, set()).add(": ".join(arguments[:-1]))
         return steps
 
 
@@ -299,7 +304,7 @@ class RunModel:
 
     def _named_by(self, reason: str) -> Optional[TrackedMessage]:
         """Returns the last message that a reason names, and that is not dropped."""
-        spaceless = compact(reason)
+        spaceless = compact(reason[:_LONGEST])
         at = spaceless.find(":")
         while at >= 0:
             found = self._named.get(spaceless[: at + 1])
@@ -313,10 +318,15 @@ class RunModel:
 
     def _unname(self, message: TrackedMessage) -> None:
         """Forgets the name of a message, which is dropped or so old that it will not be."""
-        if not message.dropped:
-            self._named[message.naming].remove(message)
-            if not self._named[message.naming]:
-                del self._named[message.naming]
+        if message.dropped:
+            return
+        named = self._named[message.naming]
+        if named[-1] is message:
+            named.pop()
+        else:
+            named.remove(message)
+        if not named:
+            del self._named[message.naming]
 
     def _on_action(self, entry: Entry, event: journal.ActionPublished) -> Optional[TrackedAction]:
         if event.action == ABORT:  # the actuator is still at what is aborted
