@@ -175,12 +175,11 @@ def test_the_journal_is_read() -> None:
         assert one.now() == Past((Deed(1, "s", "lift", "success"),), True, SEEN, ((SEEN[0], 0),))
 
 
-def test_an_abort_is_no_deed_and_a_dropped_answer_none() -> None:
+def test_a_dropped_answer_is_none() -> None:
     reader = PastReader()
     for event in (
         ActionPublished("r", "go(b)"), MessageArrived("r", "yes"),
         MessageDropped(f"{naming('r', 'yes')}it is unknown"),
-        ActionPublished("r", "abort"),
     ):  # fmt: skip
         reader.hear(Record(event, 1))
     assert reader.now().deeds == (Deed(1, "r", "go(b)"),)

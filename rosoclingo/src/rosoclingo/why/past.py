@@ -18,7 +18,7 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.believing import BeliefKeeper
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.atoms import SAVE
-from rosoclingo.loop.words import ABORT, BUSY
+from rosoclingo.loop.words import BUSY
 
 
 class Deed(NamedTuple):
@@ -86,8 +86,6 @@ class PastReader:
         event, step = record.event, record.step
         with self._lock:
             if isinstance(event, journal.ActionPublished):
-                if event.action == ABORT:  # the actuator is still at what is aborted
-                    return
                 self._answers.pop(event.actuator, None)
                 self._open[event.actuator] = len(self._deeds)
                 self._deeds.append(Deed(step, event.actuator, event.action))
