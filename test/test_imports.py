@@ -34,7 +34,8 @@ FLOORS = {
         "store", "in_process", "encodings",
         "why", "ros",  # below the bags: no live node imports a replay
         "drawing", "bags.wire", "bags.topics", "bags.holds", "bags.believed", "bags.model",
-        "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.ros", "bags.report",
+        "bags.run_model", "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.ros",
+        "bags.report",
         "tools.profile", "tools.plan", "tools.new", "tools.check", "tools.pddl",
     ],
     "rosoclingo_interfaces": [

@@ -19,7 +19,9 @@ from rosoclingo.loop.journal import (
     BeliefsChanged,
     CommandDone,
     MessageArrived,
+    MessageDropped,
     Record,
+    naming,
 )
 from rosoclingo.loop.values.phrases import TermPhrases
 from rosoclingo.why.answers import Happened
@@ -171,6 +173,21 @@ def test_the_journal_is_read() -> None:
         one.hear(Record(CommandDone("forget(2)"), 3))
         one.hear(Record(MessageArrived("s", "success"), 1))
         assert one.now() == Past((Deed(1, "s", "lift", "success"),), True, SEEN, ((SEEN[0], 0),))
+
+
+def test_a_dropped_answer_is_none() -> None:
+    reader = PastReader()
+    for event in (
+        ActionPublished("r", "go(b)"), MessageArrived("r", "yes"),
+        MessageDropped(f"{naming('r', 'yes')}it is unknown"),
+    ):  # fmt: skip
+        reader.hear(Record(event, 1))
+    assert reader.now().deeds == (Deed(1, "r", "go(b)"),)
+    reader.hear(Record(MessageArrived("r", "failure"), 1))
+    assert reader.now().deeds == (Deed(1, "r", "go(b)", "failure"),)
+    reader.hear(Record(ActionPublished("r", "go(c)"), 2))
+    reader.hear(Record(MessageDropped(f"{naming('r', 'failure')}late"), 2))
+    assert [deed.answer for deed in reader.now().deeds] == ["failure", ""]
 
 
 class Office(System):

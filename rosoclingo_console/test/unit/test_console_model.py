@@ -130,8 +130,8 @@ def test_what_is_told_before_the_goal_is_heard_counts(run: Run) -> None:
 
 
 def test_what_has_become_of_a_goal(run: Run) -> None:
-    def fate() -> Tuple[str, bool, bool]:
-        found = run.model.goals.fate("g")
+    def fate(goal: str = "g") -> Tuple[str, bool, bool]:
+        found = run.model.goals.fate(goal)
         assert found is not None
         return found.text, found.is_refused, found.canceling
 
@@ -150,8 +150,8 @@ def test_what_has_become_of_a_goal(run: Run) -> None:
         (Status.CANCELED, "", "cancelled"),
         (Status.SUCCEEDED, "as asked", "succeeded"),
     ):
-        run.hear(journal.StatusSet("g", status, "", reason))
-        assert fate()[0] == text
+        run.hear(journal.StatusSet(text, status, "", reason))
+        assert fate(text)[0] == text
 
 
 def test_only_the_last_goals_that_have_ended_are_kept(run: Run) -> None:
@@ -160,7 +160,7 @@ def test_only_the_last_goals_that_have_ended_are_kept(run: Run) -> None:
         run.hear(journal.StatusSet(f"g{number}", Status.SUCCEEDED, "1"))
         run.look()
     assert set(run.shown["goals"]) == {f"g{number}" for number in range(10, 60)}
-    assert len(run.model.goals.requests) == 50
+    assert len(run.model.run.goals) == 50
     assert run.model.goals.counts == {Status.SUCCEEDED: 60}
 
 
@@ -552,6 +552,30 @@ def test_answers_of_strangers_need_no_memory(run: Run) -> None:
         run.hear(journal.ActionPublished("r", "go"), journal.MessageArrived("r", f"a({number})"))
     assert len(run.model.actuators.answers) == 51
     assert sum(run.model.actuators.answers.values()) == 200
+
+
+def test_an_answer_stays_when_the_same_is_said_again_and_dropped(run: Run) -> None:
+    run.hear(journal.ActionPublished("r", "go"), journal.MessageArrived("r", "success"))
+    run.hear(journal.MessageArrived("r", "success"))
+    dropped = journal.MessageDropped(f"{journal.naming('r', 'success')}it has answered")
+    run.hear(dropped)
+    run.look()
+    assert (run.row("bars", "1")["answer"], run.model.actuators.answers) == (
+        "success",
+        {"success": 1},
+    )
+    assert run.shown["means"]["r"]["seconds"] == 1.0
+    run.hear(dropped)  # such as one of which the arrival was missed
+    run.look()
+    assert (run.row("bars", "1")["ended"], run.model.actuators.answers) == (None, {"success": 0})
+    assert run.shown["means"] == {}
+
+
+def test_a_message_may_be_dropped_when_the_planner_was_told(run: Run) -> None:
+    """If the program has no answer set with it."""
+    run.hear(journal.MessageArrived("info", "close(2)"), journal.CommandDone("assign_messages(1)"))
+    run.hear(journal.MessageDropped(f"{journal.naming('info', 'close(2)')}no answer set"))
+    assert run.model.messages.fate("info", "close(2)") == MessageFate(1, "no answer set")
 
 
 def test_what_a_plan_costs() -> None:

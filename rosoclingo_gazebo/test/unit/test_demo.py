@@ -93,6 +93,17 @@ def test_a_story_in_which_a_node_is_killed(capsys: pytest.CaptureFixture[str]) -
     assert told.story.trace.events[-1].kind is DriveEventKind.KILL
 
 
+def test_a_step_is_an_action_with_its_answer(capsys: pytest.CaptureFixture[str]) -> None:
+    told = Told()
+    for event in (
+        ActionPublished("mailbot", "go(c6)"), ActionPublished("mailbot", "abort"),
+        MessageArrived("mailbot", "failure"), MessageArrived("mailbot", "failure"),
+    ):  # fmt: skip
+        told.note(event)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines == ["  step 1 of 17   go(c6)      failure    0.0 s  at (7.0, -8.0)"]
+
+
 def test_the_same_seed_asks_for_the_same() -> None:
     offices = ["o1", "o2", "o3"]
     orders = random_orders(offices, 20, seed=3)

@@ -64,6 +64,7 @@ class PastReader:
         self._past = Past()
         self._deeds: List[Deed] = []
         self._open: Dict[str, int] = {}  # where the last deed of each actuator is, if unanswered
+        self._answers: Dict[str, str] = {}  # else its answer, which may be dropped
         self._beliefs = BeliefKeeper()
         self._lock = threading.Lock()  # guards all of it; held for moments only
 
@@ -85,12 +86,18 @@ class PastReader:
         event, step = record.event, record.step
         with self._lock:
             if isinstance(event, journal.ActionPublished):
+                self._answers.pop(event.actuator, None)
                 self._open[event.actuator] = len(self._deeds)
                 self._deeds.append(Deed(step, event.actuator, event.action))
             elif isinstance(event, journal.MessageArrived) and event.value != BUSY:
                 place = self._open.pop(event.source, None)
                 if place is not None:
                     self._deeds[place] = self._deeds[place]._replace(answer=event.value)
+                    self._answers[event.source] = event.value
+            elif isinstance(event, journal.MessageDropped):
+                for actuator, answer in self._answers.items():
+                    if event.reason.startswith(journal.naming(actuator, answer)):
+                        self._begin_again(actuator)
             elif isinstance(event, journal.ActionRetried):
                 self._begin_again(event.actuator)
             elif isinstance(event, journal.BeliefsChanged):
@@ -119,6 +126,7 @@ class PastReader:
     def _reset(self, step: int) -> None:
         """Counts steps from a step on, and forgets the actions before it."""
         self._beliefs.begin_steps(step)
+        self._answers.clear()
         later = [deed._replace(step=deed.step - step) for deed in self._deeds if deed.step > step]
         unanswered = {deed.actuator: place for place, deed in enumerate(later) if not deed.answer}
         self._deeds, self._open = later, unanswered

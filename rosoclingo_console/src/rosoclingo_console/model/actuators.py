@@ -1,8 +1,12 @@
 """The actuators of a system as rows: what each does, and what it waits for.
 
->>> table = ActuatorTable()
->>> table.begin("robot", "go(2)", step=1, time=10.0)
->>> table.answer("robot", "success", 12.5)
+>>> run = RunModel()
+>>> table = ActuatorTable(run)
+>>> for entry in (
+...     journal.Entry(journal.ActionPublished("robot", "go(2)"), seconds=10.0),
+...     journal.Entry(journal.MessageArrived("robot", "success"), seconds=12.5),
+... ):
+...     table.hear(entry.event, run.apply(entry))
 >>> bar = table.bars()["1"]
 >>> bar["action"], bar["ended"] - bar["began"], bar["answer"]
 ('go(2)', 2.5, 'success')
@@ -10,16 +14,16 @@
 
 from __future__ import annotations
 
-from collections import deque
-from dataclasses import dataclass
-from itertools import chain, repeat
-from typing import Any, Deque, Dict, FrozenSet, List, Mapping, Optional, Sequence, Tuple
+from itertools import chain, islice, repeat
+from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import split_term
 from rosoclingo.bags.holds import OperatorDecisions
+from rosoclingo.bags.run_model import RunModel, TrackedAction
 from rosoclingo.encodings.known import KnownEncoding
-from rosoclingo.loop.journal import naming
-from rosoclingo.loop.words import ABORT, INFO, LOST, SOLVER, SUCCESS, TIMEOUT, UNKNOWN
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Event
+from rosoclingo.loop.words import INFO, LOST, SOLVER, SUCCESS, TIMEOUT, UNKNOWN
 from rosoclingo_console.model.board import Row
 from rosoclingo_console.model.metrics import OTHER
 from rosoclingo_console.model.values import PlanAhead, TokenRow
@@ -30,100 +34,71 @@ _DOUBTFUL = (UNKNOWN, TIMEOUT, LOST)  # answers after which it is not known what
 _WEIGHT = 0.3  # of the last duration in a mean
 
 
-@dataclass
-class ActionBar:
-    """An action that was published, with its answer.
-
-    Attributes:
-        number: Counts the actions.
-        began: When it was published, in seconds of wall time.
-        ended: When it was answered, by the same clock; None while it is not.
-        answer: The answer; empty if another action came before it.
-    """
-
-    number: int
-    actuator: str
-    action: str
-    step: int
-    began: float
-    ended: Optional[float] = None
-    answer: str = ""
-
-
 class ActuatorTable:
     """Table of the actuators: each one's action, or its reason to wait. Not thread-safe."""
 
-    def __init__(self) -> None:
+    def __init__(self, run: RunModel) -> None:
+        """Begins before the first event of a run."""
         self.plan = PlanAhead()
         self.decisions = OperatorDecisions()
+        self._run = run
         self._tokens: Tuple[TokenRow, ...] = ()
         self._progress: Dict[int, float] = {}  # by numbers of actions
-        self._run = ""  # of the tokens
+        self._run_id = ""  # of the tokens
         self._leaves_out: Mapping[str, FrozenSet[str]] = {}
-        self._bars: Deque[ActionBar] = deque(maxlen=_MOST_BARS)
-        self._acting: Dict[str, ActionBar] = {}
-        self._last: Dict[str, ActionBar] = {}
         self._means: Dict[str, float] = {}
         self._doubts: Dict[str, str] = {}  # by actuators, the actions that they did or did not
-        self._answered: Dict[str, Tuple[ActionBar, Dict[str, float]]] = {}  # last, means before
-        self._count = 0
+        self._answered: Dict[str, Tuple[TrackedAction, str, Dict[str, float]]] = {}  # means before
+        self._begun = 0  # actions before the last reset
         self.answers: Dict[str, int] = {}
 
-    def begin(self, actuator: str, action: str, step: int, time: float) -> None:
-        """An action was published."""
-        if actuator == SOLVER or action == ABORT:  # a whole plan; or the end of an action
-            return
-        before = self._acting.get(actuator)
-        if before is not None:
-            before.ended = time
-        self._doubts.pop(actuator, None)
-        self._count += 1
-        bar = ActionBar(self._count, actuator, action, step, time)
-        self._acting[actuator] = self._last[actuator] = bar
-        self._bars.append(bar)
-
-    def answer(self, source: str, value: str, time: float) -> None:
-        """Ends the action of an actuator that has answered; nothing if it has none to answer."""
-        bar = self._acting.pop(source, None)
-        if bar is None:
-            return
-        bar.ended, bar.answer = time, value
-        self._answered[source] = bar, {k: n for k, n in self._means.items() if k in (source, "")}
-        if value in _DOUBTFUL:
-            self._doubts[source] = bar.action
-        # A stranger may say anything in the place of an actuator.
-        counted = value if value in self.answers or len(self.answers) < _MOST_VALUES else OTHER
-        self.answers[counted] = self.answers.get(counted, 0) + 1
-        if value == SUCCESS:
-            seconds = time - bar.began
-            for key in (source, ""):
-                self._means[key] = (1 - _WEIGHT) * self._means.get(key, seconds) + _WEIGHT * seconds
-
-    def take_back(self, reason: str) -> None:
-        """A message was dropped: if it was taken for the last answer of an actuator, it is none.
+    def hear(self, event: Event, action: Optional[TrackedAction]) -> None:
+        """Takes an event of the journal, which the run has taken.
 
         Args:
-            reason: Why, which begins with :func:`~rosoclingo.loop.journal.naming` the message.
+            event: The event.
+            action: The action that begins or ends by it, or has not ended after all; if any.
         """
-        found = (
-            source
-            for source, (bar, _) in self._answered.items()
-            if reason.startswith(naming(source, bar.answer))
-        )
-        source = next(found, None)
-        if source is None:
+        if action is None:
+            if isinstance(event, journal.CommandDone) and event.resets and self._run.actions:
+                # Steps are counted anew: no action that was done is one of the plan's.
+                self._begun = self._run.actions[-1].number
             return
-        bar, means = self._answered.pop(source)
-        counted = bar.answer if bar.answer in self.answers else OTHER
-        self.answers[counted] -= 1
-        for key in (source, ""):
+        if action.actuator == SOLVER:
+            return
+        if isinstance(event, journal.ActionPublished):
+            self._doubts.pop(action.actuator, None)
+        elif isinstance(event, journal.MessageDropped):
+            self._take_back(action)
+        else:
+            self._take_answer(action)
+
+    def _take_answer(self, action: TrackedAction) -> None:
+        actuator, answer = action.actuator, action.answer
+        means = {k: n for k, n in self._means.items() if k in (actuator, "")}
+        self._answered[actuator] = action, answer, means
+        if answer in _DOUBTFUL:
+            self._doubts[actuator] = action.name
+        # A stranger may say anything in the place of an actuator.
+        counted = answer if answer in self.answers or len(self.answers) < _MOST_VALUES else OTHER
+        self.answers[counted] = self.answers.get(counted, 0) + 1
+        if answer == SUCCESS and action.ended is not None:
+            seconds = action.ended - action.began
+            for key in (actuator, ""):
+                self._means[key] = (1 - _WEIGHT) * self._means.get(key, seconds) + _WEIGHT * seconds
+
+    def _take_back(self, action: TrackedAction) -> None:
+        """An answer was none; nothing if another one has come since."""
+        actuator = action.actuator
+        last, answer, means = self._answered.get(actuator, (None, "", {}))
+        if last is not action:
+            return
+        del self._answered[actuator]
+        self.answers[answer if answer in self.answers else OTHER] -= 1
+        for key in (actuator, ""):
             self._means.pop(key, None)
         self._means.update(means)
-        self._doubts.pop(source, None)
-        bar.answer = ""
-        if self._last[source] is bar:
-            bar.ended = None
-            self._acting[source] = bar
+        self._doubts.pop(actuator, None)
 
     def place(self, robot: str) -> str:
         """A message says where a robot is; returns the action that is no longer in doubt."""
@@ -147,17 +122,12 @@ class ActuatorTable:
             actuator: _left_out_after(encoding.answers.get(actuator, ())) for actuator in placed
         }
 
-    def forget_steps(self) -> None:
-        """Steps are counted anew: no action that was done is one of the plan's."""
-        for bar in self._last.values():
-            bar.step = -1
-
     def set_tokens(self, tokens: Sequence[TokenRow], run: str = "") -> None:
         """Learns what ``~dispatch`` says of a run."""
         self._tokens = tuple(tokens)
-        numbers = {one.number for one in self._doing().values() if run == self._run}
+        numbers = {one.number for one in self._doing().values() if run == self._run_id}
         self._progress = {n: done for n, done in self._progress.items() if n in numbers}
-        self._run = run
+        self._run_id = run
 
     def set_progress(self, run: str, number: int, progress: float) -> None:
         """Learns what ``~heartbeat`` says.
@@ -168,7 +138,7 @@ class ActuatorTable:
             progress: The part that is done, from 0 to 1; less, more or no number if that is
                 unknown.
         """
-        is_under_way = run == self._run and any(
+        is_under_way = run == self._run_id and any(
             one.number == number for one in self._doing().values()
         )
         if is_under_way and 0 <= progress <= 1:
@@ -177,8 +147,9 @@ class ActuatorTable:
     def tokens(self) -> List[TokenRow]:
         """Returns what ``~dispatch`` would say, as far as it follows from the journal."""
         return [
-            TokenRow(bar.number, bar.step, actuator, bar.action, True, False)
-            for actuator, bar in self._acting.items()
+            TokenRow(one.number, one.step, one.actuator, one.name, True, False)
+            for one in self._run.last.values()
+            if one.ended is None and one.actuator != SOLVER
         ]
 
     def count_open(self) -> int:
@@ -187,7 +158,15 @@ class ActuatorTable:
 
     def bars(self) -> Dict[str, Row]:
         """Returns the last actions as rows of a chart."""
-        return {str(bar.number): dict(vars(bar)) for bar in self._bars}
+        shown = [*islice(reversed(self._run.actions), _MOST_BARS)]
+        return {
+            str(one.number): {
+                "number": one.number, "actuator": one.actuator, "action": one.name,
+                "step": one.step, "began": one.began, "ended": one.ended, "answer": one.answer,
+            }
+            for one in reversed(shown)
+            if one.actuator != SOLVER
+        }  # fmt: skip
 
     def means(self) -> Dict[str, Row]:
         """Returns how long actions have taken lately, in seconds; of all by the empty name."""
@@ -225,7 +204,8 @@ class ActuatorTable:
         Args:
             searching: Whether the loop is at work, and does not wait.
         """
-        names = {one.actuator for one in self._tokens} | set(self._last)
+        names = {one.actuator for one in self._tokens}
+        names |= {one.actuator for one in self._run.last.values()}
         names |= {one.actuator for one in self.plan.actions}
         names |= {actuator for actuator, _, _ in self.decisions.held} | set(self.decisions.on_hold)
         names -= {SOLVER}
@@ -236,23 +216,23 @@ class ActuatorTable:
         return {one.actuator: one for one in self._tokens if one.is_open}
 
     def _is_done(self, step: int, actuator: str, action: str) -> bool:
-        last = self._last.get(actuator)
-        if last is None or last.ended is None:
+        last = self._run.last_of(actuator)
+        if last is None or last.ended is None or last.number <= self._begun:
             return False
-        return (last.step, last.action) == (step, action)
+        return (last.step, last.name) == (step, action)
 
     def _row(self, name: str, doing: Mapping[str, TokenRow], searching: bool) -> Row:
-        last = self._last.get(name)
+        last = self._run.last_of(name)
         act = doing.get(name)
         row: Dict[str, Any] = {
             "action": "", "since": None, "step": None, "on_hold": name in self.decisions.on_hold,
             "held": "", "token": 0, "rejected": self._rejected(name), "next": self._next(name, act),
             "doubt": self._doubts.get(name, ""),
-            "last": last.action if last and last.ended else "",
+            "last": last.name if last and last.ended else "",
             "answer": last.answer if last and last.ended else "",
         }  # fmt: skip
         if act is not None:
-            begun = last is not None and last.ended is None and last.action == act.action
+            begun = last is not None and last.ended is None and last.name == act.action
             since = last.began if last is not None and begun else None
             row.update(action=act.action, step=act.step, since=since)
             row["progress"] = self._progress.get(act.number)

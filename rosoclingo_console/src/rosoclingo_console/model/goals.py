@@ -6,9 +6,11 @@ import re
 from collections import deque
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, Deque, Dict, List, NamedTuple, Optional, Tuple
+from typing import Deque, Dict, List, NamedTuple, Optional
 
-from rosoclingo.loop.journal import GoalArrived, Status, StatusSet
+from rosoclingo.bags.run_model import RunModel, TrackedGoal
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Status
 from rosoclingo.loop.values.plan_times import PlanTimes
 from rosoclingo_console.model.board import Row
 
@@ -48,37 +50,18 @@ class GoalFate(NamedTuple):
 
 
 @dataclass
-class GoalRow:
-    """A goal, as far as the journal and the feedback for its client say it.
+class GoalFeedback:
+    """What the client of a goal was told.
 
     Attributes:
-        number: Counts the goals, in the order in which the loop has taken them.
-        request: The request; empty if only its status was heard.
-        information: What came with it.
-        came: When it was taken, in seconds of wall time; None if that was before the journal's
-            beginning.
-        ended: When it has ended, by the same clock; None while it is open.
-        status: Its status.
-        slot: The planner's id for it; empty while it waits for one.
-        reason: Why it has ended so.
         place: Its place in the queue, from 1; 0 if it has none, or if that is not known.
-        canceling: Whether its cancellation was requested.
         line: The last line of feedback that is none of the others.
         why: Why it waits or has no plan; until that is known, that it does.
         unexplained: Why the last search for that reason has found none; empty if none has ended so.
         late: By how much it will be late, as ``12 s``; empty if it says nothing of that.
     """
 
-    number: int
-    request: str = ""
-    information: Tuple[str, ...] = ()
-    came: Optional[float] = None
-    ended: Optional[float] = None
-    status: Status = Status.PENDING
-    slot: str = ""
-    reason: str = ""
     place: int = 0
-    canceling: bool = False
     line: str = ""
     why: str = ""
     unexplained: str = ""
@@ -90,46 +73,39 @@ class GoalTable:
 
     Attributes:
         counts: How many goals have ended with each status.
-        requests: The requests of the goals that are known, by the goals' ids.
     """
 
-    def __init__(self) -> None:
-        self._goals: Dict[str, GoalRow] = {}
-        self._ended: Dict[str, None] = {}  # in order
+    def __init__(self, run: RunModel) -> None:
+        """Begins before the first event.
+
+        Args:
+            run: The run, whose last goals alone it keeps.
+        """
+        self._run = run
+        self._feedback: Dict[str, GoalFeedback] = {}
+        self._ended: Deque[str] = deque()
         self._early: Dict[str, Deque[str]] = {}  # what was told of goals that are not known yet
-        self._count = 0
         self.counts: Dict[Status, int] = {}
-        self.requests: Dict[str, str] = {}
 
-    def arrive(self, event: GoalArrived, time: float) -> None:
-        """The loop has taken a goal."""
-        goal = self._goal(event.goal)
-        goal.request, goal.information, goal.came = event.request, event.information, time
-        self.requests[event.goal] = event.request
-        for line in self._early.pop(event.goal, ()):
-            self.tell(event.goal, line)
-
-    def cancel(self, identifier: str) -> None:
-        """The loop has taken a cancel request."""
-        self._goal(identifier).canceling = True
-
-    def set_status(self, event: StatusSet, time: float) -> None:
-        """A goal's status has changed."""
-        goal = self._goal(event.goal)
-        goal.slot, goal.place = event.slot or goal.slot, 0
-        if event.status.is_terminal:
-            goal.ended, goal.reason = time, str(event.reason)
-            self.counts[event.status] = self.counts.get(event.status, 0) + 1
-            self._ended[event.goal] = None
-        goal.status = event.status  # last, as other threads look at it
-        if len(self._ended) > _MOST_ENDED:
-            oldest = next(iter(self._ended))
-            del self._ended[oldest], self._goals[oldest]
-            self.requests.pop(oldest, None)
+    def hear(self, event: journal.Event) -> None:
+        """Takes an event of the journal, which the run has taken."""
+        if isinstance(event, journal.GoalArrived):
+            for line in self._early.pop(event.goal, ()):
+                self.tell(event.goal, line)
+        elif isinstance(event, journal.StatusSet):
+            goal = self._run.goals[event.goal]
+            self._of(goal).place = 0
+            if goal.ended is not None and event.goal not in self._ended:
+                self.counts[goal.status] = self.counts.get(goal.status, 0) + 1
+                self._ended.append(event.goal)
+            if len(self._ended) > _MOST_ENDED:
+                oldest = self._ended.popleft()
+                self._run.forget(oldest)
+                self._feedback.pop(oldest, None)
 
     def tell(self, identifier: str, line: str) -> None:
         """The client of a goal was told something, which may be heard before the goal itself."""
-        goal = self._goals.get(identifier)
+        goal = self._run.goals.get(identifier)
         if goal is None:
             if len(self._early) >= _MOST_EARLY and identifier not in self._early:
                 del self._early[next(iter(self._early))]
@@ -137,43 +113,43 @@ class GoalTable:
             return
         if goal.ended is not None:
             return
-        queued = _QUEUED.fullmatch(line)
+        told, queued = self._of(goal), _QUEUED.fullmatch(line)
         if queued:
-            goal.place = int(queued[1]) if not goal.slot else 0
+            told.place = int(queued[1]) if not goal.slot else 0
         elif line.startswith(_WHY):
-            goal.why, goal.unexplained = line[len(_WHY) :], ""
+            told.why, told.unexplained = line[len(_WHY) :], ""
         elif line.startswith(_NO_REASON):
-            goal.unexplained = line[len(_NO_REASON) :]
+            told.unexplained = line[len(_NO_REASON) :]
         elif line.startswith(_NO_PLAN):
-            goal.why, goal.unexplained = line, ""
+            told.why, told.unexplained = line, ""
         elif line.startswith(_LATE):
-            goal.late = line[len(_LATE) :]
+            told.late = line[len(_LATE) :]
         elif not line.startswith(_EXPECTED):  # the plan says that of all goals, and the time
-            goal.line = line
+            told.line = line
             if line.startswith("plan "):  # another one, so that what was said before is old
-                goal.why = goal.unexplained = ""
+                told.why = told.unexplained = ""
             elif line.startswith(_WAITING):
-                goal.why = goal.why or _NO_ACTION
+                told.why = told.why or _NO_ACTION
 
     @property
-    def open(self) -> List[GoalRow]:
+    def open(self) -> List[TrackedGoal]:
         """The goals that have not ended, in order of arrival."""
-        return [goal for key, goal in self._goals.items() if key not in self._ended]
+        return [goal for goal in self._run.goals.values() if goal.ended is None]
 
     def fate(self, identifier: str) -> Optional[GoalFate]:
         """Returns what has become of a goal; None if it is not known. Thread-safe."""
-        goal = self._goals.get(identifier)
+        goal = self._run.goals.get(identifier)
         if goal is None:
             return None
-        text = ""
+        text, place = "", self._feedback.get(identifier, _NONE).place
         if goal.status.is_terminal:
             is_asked = goal.status is Status.SUCCEEDED or not goal.reason
             text = _WORDS[goal.status] + ("" if is_asked else f": {goal.reason}")
         elif goal.status is Status.ACCEPTED:
             text = "accepted" + (f", in slot {goal.slot}" if goal.slot else "")
-        elif goal.place:
-            text = f"queued, place {goal.place}"
-        return GoalFate(goal.status, text, goal.canceling)
+        elif place:
+            text = f"queued, place {place}"
+        return GoalFate(goal.status, text, goal.cancelled is not None)
 
     def rows(self, times: PlanTimes) -> Dict[str, Row]:
         """Returns the goals that are shown: all with a slot, the first that wait, the last ended.
@@ -181,21 +157,29 @@ class GoalTable:
         Args:
             times: When goals will be served and are due.
         """
-        waiting = [key for key, goal in self._goals.items() if not goal.slot and not goal.ended]
+        waiting = [goal.id for goal in self.open if not goal.slot]
         hidden = set(islice(waiting, _MOST_WAITING, None))
-        return {key: _row(goal, times) for key, goal in self._goals.items() if key not in hidden}
+        goals = self._run.goals.items()
+        return {key: self._row(goal, times) for key, goal in goals if key not in hidden}
 
-    def _goal(self, identifier: str) -> GoalRow:
-        if identifier not in self._goals:
-            self._count += 1
-            self._goals[identifier] = GoalRow(self._count)
-        return self._goals[identifier]
+    def _of(self, goal: TrackedGoal) -> GoalFeedback:
+        return self._feedback.setdefault(goal.id, GoalFeedback())
+
+    def _row(self, goal: TrackedGoal, times: PlanTimes) -> Row:
+        return {
+            "number": goal.number,
+            "request": goal.request,
+            "information": list(goal.information),
+            "came": goal.came if goal.has_arrived else None,
+            "ended": goal.ended,
+            "status": goal.status.value,
+            "slot": goal.slot,
+            "reason": goal.reason,
+            "canceling": goal.cancelled is not None,
+            "expected": times.expected.get(goal.slot) if goal.ended is None else None,
+            "due": times.due.get(goal.slot) if goal.ended is None else None,
+            **vars(self._feedback.get(goal.id, _NONE)),
+        }
 
 
-def _row(goal: GoalRow, times: PlanTimes) -> Row:
-    row: Dict[str, Any] = dict(vars(goal))
-    row["status"] = goal.status.value
-    row["information"] = list(goal.information)
-    row["expected"] = times.expected.get(goal.slot) if goal.ended is None else None
-    row["due"] = times.due.get(goal.slot) if goal.ended is None else None
-    return row
+_NONE = GoalFeedback()

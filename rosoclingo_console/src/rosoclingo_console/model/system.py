@@ -11,6 +11,7 @@ from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import split_term
 from rosoclingo.bags.holds import HoldHistory, OperatorDecisions
+from rosoclingo.bags.run_model import RunModel
 from rosoclingo.encodings.known import KnownEncoding
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Status
@@ -29,13 +30,21 @@ _MOST_LINES = 300  # of the journal
 _MOST_NEW_LINES = 50  # in one message to a page
 _MOST_PLANNED = 300  # actions
 _MOST_HOLDS = 100  # times in which an operator held something
+_MOST_REMEMBERED = 1000  # actions and messages; one is dropped soon after it has come
 _MOST_KNOWN = 2000  # requests, and messages, that are offered
 _DIGITS = 3  # of seconds
 _BESIDE = (journal.ControlArrived, journal.Explained)  # which alone end no wait of the loop
 
 
 class SystemModel:
-    """Model of a planning system. Not thread-safe."""
+    """Model of a planning system. Not thread-safe.
+
+    Attributes:
+        run: What its journal says of goals, actions and messages; the last ones of each.
+        goals: The goals, as rows.
+        actuators: The actuators, as rows.
+        messages: What has become of messages.
+    """
 
     def __init__(self) -> None:
         self._board = Board()
@@ -54,20 +63,17 @@ class SystemModel:
 
     def _begin(self) -> None:
         """Forgets the run before."""
-        self.goals = GoalTable()
-        self.actuators = ActuatorTable()
+        self.run = RunModel(_MOST_REMEMBERED)
+        self.goals = GoalTable(self.run)
+        self.actuators = ActuatorTable(self.run)
         self.actuators.set_encoding(self._encoding)
-        self.messages = MessageTable()
+        self.messages = MessageTable(self.run)
         self._beliefs = BeliefTable()
         self._beliefs.set_phrases(self._encoding.phrases)
         self._counters = Counters()
         self._last: Optional[Entry] = None
         self._works = False
-        self._ended = ""
-        self._ended_at = 0.0
-        self._placed: Dict[
-            str, Tuple[str, str]
-        ] = {}  # by messages that the planner is not told yet
+        self._placed: Dict[str, Tuple[str, str]] = {}  # by messages that are not told yet
         self._missed = 0
         self._quality = ""
 
@@ -99,7 +105,7 @@ class SystemModel:
         self._last = record
         self._counters.count(record.event)
         self._follow(record)
-        kind, text = tell(record.event, self.goals.requests, self._encoding.phrases)
+        kind, text = tell(record.event, self.run.goals, self._encoding.phrases)
         line = {
             "number": record.number, "time": round(record.seconds, _DIGITS), "step": record.step,
             "kind": kind, "text": text,
@@ -125,40 +131,22 @@ class SystemModel:
     def _follow(self, record: Entry) -> None:
         event, time = record.event, record.seconds
         self._map.hear(event)
+        action = self.run.apply(record)
+        self.goals.hear(event)
+        self.actuators.hear(event, action)
+        self.messages.hear(event, time)
         if not isinstance(event, _BESIDE):
             self._works = not isinstance(event, (journal.LoopWaits, journal.LoopEnded))
-        if isinstance(event, journal.GoalArrived):
-            self.goals.arrive(event, time)
-        elif isinstance(event, journal.CancelArrived):
-            self.goals.cancel(event.goal)
-        elif isinstance(event, journal.StatusSet):
-            self.goals.set_status(event, time)
-        elif isinstance(event, journal.ActionPublished):
-            self.actuators.begin(event.actuator, event.action, record.step, time)
-        elif isinstance(event, journal.ActionRetried):
-            self.actuators.answer(event.actuator, event.answer, time)
-        elif isinstance(event, journal.MessageArrived):
-            self.actuators.answer(event.source, event.value, time)
-            self.messages.arrive(record.number, event.source, event.value)
+        if isinstance(event, journal.MessageArrived):
             self._place(event)
         elif isinstance(event, journal.MessageDropped):
-            self.messages.drop(event.reason, round(time, _DIGITS))
-            self.actuators.take_back(event.reason)
             for value, doubt in self._placed.items():
                 if event.reason.startswith(journal.naming(INFO, value)):
                     self.actuators.doubt(*doubt)
-        elif isinstance(event, journal.CommandDone):
-            if event.resets:
-                self.actuators.forget_steps()
-            elif event.name == "assign_messages":
-                self.messages.tell()
-                self._placed.clear()
+        elif isinstance(event, journal.CommandDone) and event.name == "assign_messages":
+            self._placed.clear()
         elif isinstance(event, journal.BeliefsChanged):
             self._beliefs.change(event.terms, round(time, _DIGITS), record.step)
-        elif isinstance(event, journal.LoopEnded):
-            self._ended, self._ended_at = str(event.reason), time
-        elif isinstance(event, journal.NodeResumed):
-            self._ended = ""
 
     def _place(self, event: journal.MessageArrived) -> None:
         """Takes a message such as ``info:at(robot,c3)``, which says where a robot is."""
@@ -200,7 +188,7 @@ class SystemModel:
         for place, line in enumerate(self._lines):
             event = self._believed.get(line["number"])
             if event is not None:
-                text = tell(event, self.goals.requests, self._encoding.phrases)[1]
+                text = tell(event, self.run.goals, self._encoding.phrases)[1]
                 self._lines[place] = {**line, "text": text}
                 self._is_new_run = True
 
@@ -253,12 +241,12 @@ class SystemModel:
         last, open_goals = self._last, self.goals.open
         state = "unknown"
         if last is not None:
-            state = "ended" if self._ended else "works" if self._works else "waits"
+            state = "ended" if self.run.end else "works" if self._works else "waits"
         return {
             "connected": self._connected,
             "since": round(self._since, _DIGITS),
             "state": state,
-            "reason": self._ended,
+            "reason": self.run.end or "",
             "stopped": self._stopped(),
             "step": last.step if last else 0,
             "horizon": last.horizon if last else 0,
@@ -273,7 +261,7 @@ class SystemModel:
 
     def _stopped(self) -> Optional[float]:
         """Returns since when nothing is heard, or will be; None while the run goes on."""
-        times = [self._ended_at] if self._ended else []
+        times = [self.run.ended] if self.run.end else []
         if not self._connected and self._since:
             times.append(self._since)
         return round(min(times), _DIGITS) if times else None

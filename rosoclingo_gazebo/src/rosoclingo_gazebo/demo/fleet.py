@@ -5,16 +5,10 @@ from __future__ import annotations
 import random
 import threading
 from dataclasses import dataclass, field
-from typing import Dict, Iterable, List, Mapping, Sequence, Set, Tuple
+from typing import Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
-from rosoclingo.loop.journal import (
-    ActionPublished,
-    Event,
-    GoalArrived,
-    MessageArrived,
-    Status,
-    StatusSet,
-)
+from rosoclingo.bags.run_model import RunModel, TrackedAction, TrackedGoal
+from rosoclingo.loop.journal import Entry, Event, GoalArrived, MessageArrived, Status, StatusSet
 from rosoclingo.loop.words import SUCCESS
 from rosoclingo_aspprograms.validator import arguments
 from rosoclingo_examples.orders import Bring
@@ -51,14 +45,14 @@ class FleetMember:
     Attributes:
         trace: Where it drives.
         deliveries: How many packages it has delivered.
-        action: What it does; empty if nothing.
+        action: What it does, or has done; None if nothing.
         waits: How often it has stood on its way for a second or more.
         waited: How long in all, in seconds of simulated time.
     """
 
     trace: DriveTrace = field(default_factory=DriveTrace)
     deliveries: int = 0
-    action: str = ""
+    action: Optional[TrackedAction] = None
     waits: int = 0
     waited: float = 0.0
     _stands: float = 0.0  # for so long by now, in seconds
@@ -67,7 +61,7 @@ class FleetMember:
         """It is at a place, and drives or turns so fast; see :meth:`FleetStory.moves`."""
         before = self.trace.times[-1] if self.trace.times else seconds
         self.trace.move(seconds, place)
-        if speed or not self.action.startswith("go("):
+        if speed or not self._drives:
             self._stands = 0.0
             return
         passed = seconds - before
@@ -77,6 +71,11 @@ class FleetMember:
         self._stands += passed
         if self._stands >= _WAIT_SECONDS:
             self.waited += passed
+
+    @property
+    def _drives(self) -> bool:
+        action = self.action
+        return action is not None and action.ended is None and action.name.startswith("go(")
 
 
 class FleetStory:
@@ -96,12 +95,9 @@ class FleetStory:
         self._lock = threading.RLock()  # guards all below
         self.members = {robot: FleetMember() for robot in robots}
         self._places = places
-        self._packages: Dict[str, str] = {}  # by goal
-        self._open: Dict[str, Sequence[str]] = {}  # the terms of the requests, by goal
-        self._over: Set[str] = set()  # goals that have ended
+        self._run = RunModel()  # in seconds of simulated time
         self._slots: Dict[str, str] = {}  # the goals of the slots
         self._begin = 0.0
-        self._end = 0.0
 
     @property
     def there(self) -> bool:
@@ -141,18 +137,15 @@ class FleetStory:
     def learns(self, event: Event) -> None:
         """The planning loop's journal has one more event."""
         with self._lock:
+            action = self._run.apply(Entry(event, seconds=self._now()))
             if isinstance(event, GoalArrived):
-                self._packages[event.goal] = " ".join(event.information) or event.request
-                terms = arguments(event.request, "bring")
-                self._ask(event.goal, terms)
-                if event.goal not in self._over:
-                    self._open[event.goal] = terms
-            elif isinstance(event, ActionPublished):
-                self.members[event.actuator].action = event.action
-            elif isinstance(event, MessageArrived) and event.source in self.members:
-                self._ends(event.source, event.value)
+                self._ask(self._run.goals[event.goal])
             elif isinstance(event, StatusSet):
                 self._set_status(event)
+            elif action is not None and isinstance(event, MessageArrived):
+                self._ends(action)
+            elif action is not None:
+                self.members[action.actuator].action = action
 
     def lines(self) -> List[str]:
         """Returns a summary for each robot, and for all together."""
@@ -170,58 +163,62 @@ class FleetStory:
         with self._lock:
             members = self.members.values()
             delivered = sum(member.deliveries for member in members)
+            succeeded = [g for g in self._run.goals.values() if g.status is Status.SUCCEEDED]
+            end = max((goal.ended or 0.0 for goal in succeeded), default=0.0)
             return (
                 f"{_count(delivered, 'package')} delivered by {_count(len(members), 'robot')} in "
-                f"{self._end - self._begin:.0f} s of simulated time, on "
+                f"{end - self._begin:.0f} s of simulated time, on "
                 f"{sum(member.trace.metres for member in members):.0f} m, with "
                 f"{_count(sum(member.waits for member in members), 'wait')}"
             )
 
-    def _ask(self, goal: str, terms: Sequence[str]) -> None:
-        """Narrates a request, with its terms."""
-        package = self._packages[goal]
+    @property
+    def _open(self) -> List[TrackedGoal]:
+        """The requests that have come and not ended, in order."""
+        return [g for g in self._run.goals.values() if g.has_arrived and g.ended is None]
+
+    def _ask(self, goal: TrackedGoal) -> None:
+        """Narrates a request."""
+        terms = arguments(goal.request, "bring")
         if len(terms) < 2:
-            self._say("", f"asked for {package}")
+            self._say("", f"asked for {_package(goal)}")
             return
         where, when = f"from {terms[0]} to {terms[1]}", "".join(f", {term}" for term in terms[2:])
-        self._say("", f"asked to bring {package} {where}{when}")
+        self._say("", f"asked to bring {_package(goal)} {where}{when}")
 
     def _set_status(self, event: StatusSet) -> None:
         if event.status is Status.ACCEPTED:
             self._slots[event.slot] = event.goal
         elif event.status.is_terminal:
-            self._over.add(event.goal)  # perhaps before the loop takes it
-            self._open.pop(event.goal, None)
             self._slots.pop(event.slot, None)
-        if event.status is Status.SUCCEEDED:
-            self._end = self._now()
 
-    def _ends(self, robot: str, answer: str) -> None:
+    def _ends(self, action: TrackedAction) -> None:
+        robot, answer = action.actuator, action.answer
         member = self.members[robot]
-        action, member.action = member.action, ""
         trace = member.trace
         if answer != SUCCESS:
-            trace.happen(DriveEventKind.FAILURE, f"{robot}: {action} fails")
-            self._say(robot, f"{action} fails")
+            trace.happen(DriveEventKind.FAILURE, f"{robot}: {action.name} fails")
+            self._say(robot, f"{action.name} fails")
         for kind, name in ((DriveEventKind.PICKUP, "pickup"), (DriveEventKind.DELIVERY, "deliver")):
-            for slot in arguments(action, name) if answer == SUCCESS else ():
+            for slot in arguments(action.name, name) if answer == SUCCESS else ():
                 office = min(self._places, key=lambda name: trace.distance(self._places[name]))
-                package = self._package(slot, office)
+                package = self._package_of(slot, office)
                 member.deliveries += kind is DriveEventKind.DELIVERY
                 trace.happen(kind, package, self._places[office])
                 word = "picks up" if kind is DriveEventKind.PICKUP else "delivers"
                 self._say(robot, f"{word} {package} at {office}")
 
-    def _package(self, slot: str, office: str) -> str:
+    def _package_of(self, slot: str, office: str) -> str:
         """Returns the package of a slot, in an office.
 
         A robot may pick it up before its goal is accepted. Until then, it is the oldest one there.
         """
         if slot not in self._slots:
             known = self._slots.values()
-            here = (goal for goal, terms in self._open.items() if terms[:1] == [office])
+            here = (g.id for g in self._open if arguments(g.request, "bring")[:1] == [office])
             self._slots[slot] = next((goal for goal in here if goal not in known), "")
-        return self._packages.get(self._slots[slot], f"package {slot}")
+        goal = self._run.goals.get(self._slots[slot])
+        return _package(goal) if goal else f"package {slot}"
 
     def _say(self, robot: str, what: str) -> None:
         print(f"{self._now() - self._begin:6.0f} s  {robot:9} {what}", flush=True)
@@ -231,6 +228,10 @@ class FleetStory:
             (member.trace.times[-1] for member in self.members.values() if member.trace.times),
             default=0.0,
         )
+
+
+def _package(goal: TrackedGoal) -> str:
+    return " ".join(goal.information) or goal.request
 
 
 def _count(number: int, noun: str) -> str:

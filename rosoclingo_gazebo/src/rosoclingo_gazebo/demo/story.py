@@ -6,14 +6,8 @@ import re
 import threading
 from typing import Callable, Dict, Sequence, Set
 
-from rosoclingo.loop.journal import (
-    ActionPublished,
-    GoalArrived,
-    MessageArrived,
-    Record,
-    Status,
-    StatusSet,
-)
+from rosoclingo.bags.run_model import RunModel, TrackedAction
+from rosoclingo.loop.journal import Entry, MessageArrived, Record
 from rosoclingo.loop.words import SUCCESS
 from rosoclingo_examples.orders import Bring
 from rosoclingo_gazebo.demo.trace import DriveEventKind, DriveTrace, TracePoint
@@ -51,11 +45,7 @@ class DemoStory:
         self._orders = orders
         self._ask = ask
         self._asked = 0
-        self._goals: Dict[str, Bring] = {}  # by their ids
-        self._statuses: Dict[str, Status] = {}
-        self._actions = 0
-        self._running = ""
-        self._begin = 0.0
+        self._run = RunModel()  # in seconds of the trace
         self._shown: Set[str] = set()
 
     def begins(self, places: Dict[str, TracePoint]) -> None:
@@ -91,26 +81,16 @@ class DemoStory:
         """Handles an event of the planning loop's journal."""
         event = record.event
         with self._lock:
-            if isinstance(event, ActionPublished) and event.actuator == DEMO_ROBOT:
-                self._running = event.action
-                self._begin = self.trace.seconds
-                self._actions += 1
-            elif isinstance(event, MessageArrived) and event.source == DEMO_ROBOT:
-                self._end(event.value, record.horizon)
-            elif isinstance(event, GoalArrived):
-                self._goals[event.goal] = next(
-                    order for order in self._orders if order.request == event.request
-                )
-            elif isinstance(event, StatusSet):
-                self._statuses[event.goal] = event.status
+            entry = Entry(event, record.step, record.horizon, seconds=self.trace.seconds)
+            action = self._run.apply(entry)
+            if action is not None and isinstance(event, MessageArrived):
+                self._end(action, record.horizon)
 
     @property
     def has_ended(self) -> bool:
         """True when all requests have ended."""
         with self._lock:
-            return all(
-                goal in self._statuses and self._statuses[goal].is_terminal for goal in self._goals
-            )
+            return all(goal.ended is not None for goal in self._run.goals.values())
 
     def request_next(self) -> None:
         """Sends the next request."""
@@ -119,20 +99,22 @@ class DemoStory:
         self.trace.happen(DriveEventKind.REQUEST, f"{bring.information[0]}, please")
         self._ask(bring)
 
-    def _end(self, answer: str, horizon: int) -> None:
-        action = self._running
+    def _end(self, action: TrackedAction, horizon: int) -> None:
         x, y = self.trace.path[-1]
-        steps = f"{self._actions} of {max(horizon, self._actions)}"
-        seconds = self.trace.seconds - self._begin
+        steps = f"{action.number} of {max(horizon, action.number)}"
+        seconds = self.trace.seconds - action.began
         print(
-            f"  step {steps:9} {action:11} {answer:8} {seconds:5.1f} s  at ({x:.1f}, {y:.1f})",
+            f"  step {steps:9} {action.name:11} {action.answer:8} {seconds:5.1f} s  "
+            f"at ({x:.1f}, {y:.1f})",
             flush=True,
         )
-        if answer != SUCCESS:
-            self.trace.happen(DriveEventKind.FAILURE, f"{action} fails")
-        elif action.startswith(("pickup(", "deliver(")):
-            thing = self._orders[int(action[-2]) - 1].information[0]
+        if action.answer != SUCCESS:
+            self.trace.happen(DriveEventKind.FAILURE, f"{action.name} fails")
+        elif action.name.startswith(("pickup(", "deliver(")):
+            thing = self._orders[int(action.name[-2]) - 1].information[0]
             kind = (
-                DriveEventKind.PICKUP if action.startswith("pickup(") else DriveEventKind.DELIVERY
+                DriveEventKind.PICKUP
+                if action.name.startswith("pickup(")
+                else DriveEventKind.DELIVERY
             )
             self.trace.happen(kind, thing)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Dict, List, Optional, Tuple, Union
 
 from rosclingo.wire.term_text import last_number
 from rosoclingo.bags.read.run import Output, Run
+from rosoclingo.bags.run_model import RunModel
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry
 
@@ -14,13 +15,13 @@ OPEN_GOAL = "open"
 """The outcome of a goal that has not ended."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class GoalHistory:
     """The statuses and outcome of a goal in one run.
 
     Attributes:
         statuses: Its statuses, with the step where that is known.
-        outcome: The last of them; ``open`` if it has not ended.
+        outcome: How it has ended; ``open`` if it has not.
         steps: In how many steps there were actions from when it came until it ended.
     """
 
@@ -68,8 +69,10 @@ class History:
         self._knows_steps = knows_steps
         self._begins: Dict[str, int] = {}
         acted: Optional[int] = None  # the step of the last action
+        model = RunModel()
         for entry, output in zip(run.entries, run.outputs):
             event = entry.event
+            model.apply(entry)
             if output is not None:
                 self.places.append(len(self.timeline))
                 self._take_output(output)
@@ -83,9 +86,10 @@ class History:
             elif isinstance(event, journal.CommandDone) and event.resets_to is not None:
                 acted = None  # steps count from 0 again
         for identifier, goal in self.goals.items():
-            if goal.outcome == OPEN_GOAL:
-                steps = self.steps - self._begins.get(identifier, 0)
-                self.goals[identifier] = replace(goal, steps=steps)
+            if model.goals[identifier].ended is None:
+                goal.steps = self.steps - self._begins.get(identifier, 0)
+            else:
+                goal.outcome = model.goals[identifier].status.value
 
     def ends(self, with_lengths: bool) -> List[Tuple[type, int]]:
         """Returns which plans were published, maybe with lengths, and whether the loop ended."""
@@ -134,12 +138,9 @@ class History:
         self.timeline.append(output)
 
     def _take_status(self, event: journal.StatusSet, step: Optional[int]) -> None:
-        word = event.status.value
-        self.goals[event.goal] = GoalHistory(
-            (*self.goals[event.goal].statuses, word if step is None else f"{word} in step {step}"),
-            OPEN_GOAL if event.status is journal.Status.ACCEPTED else word,
-            self.steps - self._begins.get(event.goal, 0),
-        )
+        goal, word = self.goals[event.goal], event.status.value
+        goal.statuses += (word if step is None else f"{word} in step {step}",)
+        goal.steps = self.steps - self._begins.get(event.goal, 0)
 
 
 def _length(event: Union[journal.PlanFound, journal.LoopEnded]) -> int:

@@ -7,44 +7,24 @@ from collections import defaultdict
 from dataclasses import replace
 from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
-from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.bags.report.run import Cause, PlanChange
+from rosoclingo.bags.run_model import PlannedSteps, RunModel
 from rosoclingo.loop.journal import Entry
 
-Planned = Dict[int, Set[str]]
-"""For each step, its actions, as ``actuator: action``."""
 
-
-def planned(atoms: Sequence[str]) -> Planned:
-    """Returns the actions of a plan, given as ``do(Actuator,Action,Step)``."""
-    plan: Planned = {}
-    for atom in atoms:
-        name, arguments = split_term(atom)
-        step = last_number(atom)
-        if name == "do" and step is not None:
-            plan.setdefault(step, set()).add(": ".join(arguments[:-1]))
-    return plan
-
-
-def after_reset(plan: Planned, step: int) -> Planned:
-    """Returns a plan as it counts its steps after a reset at one of them."""
-    return {number - step: actions for number, actions in plan.items() if number > step}
-
-
-def change(
-    found: Entry, before: Planned, after: Planned, *, is_expected: bool = False
-) -> Optional[PlanChange]:
+def change(found: Entry, run: RunModel) -> Optional[PlanChange]:
     """Returns the change that a plan makes, without causes; None if there is none.
+
+    After nothing but successes, it is the same plan if each actuator does the same in the same
+    order: it has only been timed anew. The end may be left out, as what waits for a time is not
+    shown.
 
     Args:
         found: That it was found.
-        before: What was planned before, from its step on.
-        after: What is planned now.
-        is_expected: Whether nothing has come since the plan before but that actions have succeeded.
-            Then it is the same plan if each actuator does the same in the same order: it has only
-            been timed anew. The end may be left out, as what waits for a time is not shown.
+        run: The run, which has taken that.
     """
-    if is_expected and _begins_with(_orders(before), _orders(after)):
+    before, after = run.plan_before.steps(found.step), run.plan.steps()
+    if run.plan.is_expected and _begins_with(_orders(before), _orders(after)):
         return None
     differ = [one for one in before.keys() | after.keys() if before.get(one) != after.get(one)]
     if not differ:
@@ -69,7 +49,7 @@ def _begins_with(orders: Mapping[str, List[str]], first: Mapping[str, List[str]]
     return all(orders.get(one, [])[: len(actions)] == actions for one, actions in first.items())
 
 
-def _orders(plan: Planned) -> Dict[str, List[str]]:
+def _orders(plan: PlannedSteps) -> Dict[str, List[str]]:
     """Returns what each actuator does, in order; what goes on in the next step counts once."""
     orders: Dict[str, List[str]] = defaultdict(list)
     last: Set[str] = set()

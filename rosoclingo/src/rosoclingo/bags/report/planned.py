@@ -6,9 +6,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, Iterable, List, Sequence, Tuple
 
-from rosoclingo.bags.report.run import PLANNED, ActionRun, GoalRun
+from rosoclingo.bags.report.run import PLANNED, GoalRun
+from rosoclingo.bags.run_model import TrackedAction
 from rosoclingo.loop.values.plan_times import PlanTimes, TimedPlans
 
 _LEAST_SECONDS = 10.0  # of ROS's time, from which its speed follows
@@ -75,8 +76,8 @@ def _goal_at(goals: Sequence[GoalRun], seconds: float) -> str:
 
 
 def planned_rest(
-    actions: Sequence[ActionRun], plans: Sequence[Tuple[float, PlanTimes]], ended: float
-) -> Tuple[ActionRun, ...]:
+    actions: Iterable[TrackedAction], plans: Sequence[Tuple[float, PlanTimes]], ended: float
+) -> Tuple[TrackedAction, ...]:
     """Returns the rest of the plan that stands at the end, as actions with the answer ``planned``.
 
     Args:
@@ -93,7 +94,9 @@ def planned_rest(
         if action.ended is not None and action.ended >= since
     }
     return tuple(
-        ActionRun(one.actuator, one.name, one.step, max(one.begins, ended), one.ends, PLANNED)
-        for one in sorted(times.actions, key=lambda one: one.begins)
+        TrackedAction(
+            number, one.actuator, one.name, one.step, max(one.begins, ended), one.ends, PLANNED
+        )
+        for number, one in enumerate(sorted(times.actions, key=lambda one: one.begins), 1)
         if one.ends > ended and (one.actuator, one.name) not in through
     )

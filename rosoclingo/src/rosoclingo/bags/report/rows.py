@@ -6,7 +6,8 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple, Union
 
 from rosoclingo.bags.believed import BeliefSpan
 from rosoclingo.bags.holds import HoldSpan
-from rosoclingo.bags.report.run import PLANNED, ActionRun, Statistics
+from rosoclingo.bags.report.run import PLANNED, Statistics
+from rosoclingo.bags.run_model import TrackedAction
 
 MOST_LABELS = 40  # goals whose names have room; more of them would hide each other
 COLOURS = {
@@ -40,7 +41,7 @@ LEGEND: Dict[str, Dict[str, str]] = {
 }  # fmt: skip
 """For each kind of bars, the words for the colours."""
 
-_Span = Union[ActionRun, HoldSpan, BeliefSpan]
+_Span = Union[TrackedAction, HoldSpan, BeliefSpan]
 
 
 class Bar(NamedTuple):

@@ -11,11 +11,12 @@ from typing import Optional, Tuple
 
 from rosoclingo.bags.believed import BeliefSpan
 from rosoclingo.bags.holds import HoldSpan
+from rosoclingo.bags.run_model import TrackedAction
 
 OPEN = "open"
 RECALLED = "recalled"
 PLANNED = "planned"
-"""The answer of actions that are only planned."""
+"""The answer of actions that have not begun, and are only planned."""
 
 
 @dataclass(frozen=True)
@@ -65,27 +66,6 @@ class GoalRun:
 
 
 @dataclass(frozen=True)
-class ActionRun:
-    """An action from its publication to its answer.
-
-    Attributes:
-        actuator: Who acts.
-        name: What it does.
-        step: In which step.
-        began: When it was published.
-        ended: When it was answered, or when the actuator was told something else; None if neither.
-        answer: The answer; empty if there was none; :data:`PLANNED` if it has not begun.
-    """
-
-    actuator: str
-    name: str
-    step: int
-    began: float
-    ended: Optional[float] = None
-    answer: str = ""
-
-
-@dataclass(frozen=True)
 class MessageRun:
     """A message that answered no action.
 
@@ -123,7 +103,7 @@ class SearchRecord:
     horizon: int
 
 
-@dataclass(frozen=True)
+@dataclass
 class StepRun:
     """A step, or what was before the first one.
 
@@ -257,7 +237,7 @@ class Statistics:
     ended: float
     end: str
     goals: Tuple[GoalRun, ...]
-    actions: Tuple[ActionRun, ...]
+    actions: Tuple[TrackedAction, ...]
     messages: Tuple[MessageRun, ...]
     received: int
     searches: Tuple[SearchRecord, ...]
@@ -268,7 +248,7 @@ class Statistics:
     restarts: Tuple[NodeRestart, ...]
     holds: Tuple[HoldSpan, ...]
     beliefs: Tuple[BeliefSpan, ...]
-    planned: Tuple[ActionRun, ...] = ()
+    planned: Tuple[TrackedAction, ...] = ()
 
     @property
     def until(self) -> float:

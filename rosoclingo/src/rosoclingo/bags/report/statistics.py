@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
 import json
-from collections import Counter, deque
-from dataclasses import replace
-from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Tuple
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Tuple
 
 from rosclingo.wire.commands import Result
-from rosclingo.wire.term_text import compact
 from rosoclingo.bags.believed import BeliefHistory
 from rosoclingo.bags.model import Recording
-from rosoclingo.bags.report.changes import Planned, after_reset, change, explained, planned
+from rosoclingo.bags.report.changes import change, explained
 from rosoclingo.bags.report.planned import in_recording, planned_rest, with_times
 from rosoclingo.bags.report.run import (
     OPEN,
     RECALLED,
-    ActionRun,
     AnswerRun,
     Cause,
     GoalRun,
@@ -29,12 +26,11 @@ from rosoclingo.bags.report.run import (
     StepRun,
     numbered,
 )
+from rosoclingo.bags.run_model import RunModel, TrackedGoal, TrackedMessage
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry
 from rosoclingo.loop.values.phrases import NO_PHRASES, TermPhrases
-from rosoclingo.loop.words import ABORT
-
-_RECENT = 1000  # a message is dropped soon after it has come
+from rosoclingo.loop.words import FAILURE, SUCCESS
 
 
 def compute(recording: Recording) -> Statistics:
@@ -48,15 +44,19 @@ def compute(recording: Recording) -> Statistics:
     seconds = [entry.seconds for entry in entries]
     ended = max(seconds, default=0.0)
     plan_times = in_recording(recording.plan_times)
-    goals = sorted(reading.goals.values(), key=lambda goal: goal.came)
+    run, goals = reading.run, sorted(map(_goal_run, reading.goals), key=lambda goal: goal.came)
     return Statistics(
         began=min(seconds, default=0.0),
         ended=ended,
-        end=reading.end,
+        end=run.end or "",
         goals=with_times(goals, plan_times),
-        actions=tuple(reading.actions),
-        messages=tuple(sorted(reading.messages, key=lambda message: message.seconds)),
-        received=reading.received,
+        actions=tuple(run.actions),
+        messages=tuple(
+            MessageRun(one.seconds, one.source, one.value, one.step, one.dropped or "")
+            for one in run.messages
+            if one.action is None or one.dropped
+        ),
+        received=len(reading.arrivals),
         searches=tuple(reading.searches),
         steps=tuple(reading.steps),
         plans=len(reading.plans),
@@ -65,30 +65,53 @@ def compute(recording: Recording) -> Statistics:
         restarts=tuple(reading.restarts),
         holds=recording.hold_spans,
         beliefs=tuple(reading.beliefs.spans),
-        planned=() if reading.end else planned_rest(reading.actions, plan_times, ended),
+        planned=() if run.end else planned_rest(run.actions, plan_times, ended),
     )
 
 
-class _Taken(NamedTuple):
-    """A message that may still be dropped."""
+@dataclass
+class _Placement:
+    """What the report alone knows of a goal; positions are those in the journal.
 
-    position: int
-    id: str
-    value: str
-    prefixes: Tuple[str, str, str]  # how a reason that names it begins; the first without spaces
-    answered: Optional[int]  # the index of an action
-    message: int  # else its index
+    Attributes:
+        goal: The goal.
+        heard: The position where it was heard of first.
+        name: What it is called.
+        cancelled: The position of its cancel request, if there was one.
+        behind: The goal that had its slot while it waited, if there was one.
+        placed: Since when there may be a plan for it: a position.
+        begun: How often slots may have become free when it ended.
+        steps_before: How many steps there were when it was accepted.
+        steps: How many have begun from then on until its end.
+    """
+
+    goal: TrackedGoal
+    heard: int
+    name: str = ""
+    cancelled: Optional[int] = None
+    behind: Optional[_Placement] = None
+    placed: Optional[int] = None
+    begun: Optional[int] = None
+    steps_before: Optional[int] = None
+    steps: int = 0
+
+
+def _goal_run(placement: _Placement) -> GoalRun:
+    goal, behind = placement.goal, placement.behind
+    outcome = OPEN if goal.ended is None else RECALLED if goal.is_recalled else goal.status.value
+    return GoalRun(
+        goal.id, goal.came, goal.request, goal.information, goal.slot, placement.name,
+        "" if behind is None else behind.name, goal.accepted, goal.cancelled, goal.ended, outcome,
+        goal.reason, placement.steps,
+    )  # fmt: skip
 
 
 class _Reading:
     """Reads a journal once, entry by entry."""
 
     def __init__(self, phrases: TermPhrases) -> None:
-        self.end = ""
-        self.goals: Dict[str, GoalRun] = {}
-        self.actions: List[ActionRun] = []
-        self.messages: List[MessageRun] = []
-        self.received = 0
+        self.run = RunModel()
+        self.arrivals: List[Tuple[int, TrackedMessage]] = []  # with their positions
         self.searches: List[SearchRecord] = []
         self.steps: List[StepRun] = []
         self.plans: List[int] = []  # their positions
@@ -98,36 +121,29 @@ class _Reading:
         self.changes: Dict[int, PlanChange] = {}  # without causes, by the numbers of the plans
         self._position = 0
         self._last = 0.0  # when the event before was
-        self._plan: Planned = {}
-        self._arrivals: Dict[str, int] = {}  # positions of goals
-        self._cancels: Dict[str, int] = {}  # positions of cancel requests, by goal
-        self._placed: Dict[str, int] = {}  # since when there may be a plan for a goal: a position
-        self._steps_before: Dict[str, int] = {}  # how many there were when a goal was accepted
+        self._placements: Dict[str, _Placement] = {}  # by the goals' ids
         self._requests: Counter[str] = Counter()  # how often each has come
-        self._slots: Dict[str, str] = {}  # the last goal of each slot
+        self._slots: Dict[str, _Placement] = {}  # the last goal of each slot
         self._begun = 0  # how often slots may have become free: steps that have begun, and resets
-        self._ends: Dict[str, int] = {}  # the same count at the end of each goal
         self._assignments: List[Tuple[int, int]] = []  # positions and counts of assign_messages
-        self._latest: Dict[str, int] = {}  # index of each actuator's last action
-        self._causes: Dict[int, Cause] = {}  # messages that were not dropped, by position
-        self._recent: Deque[_Taken] = deque(maxlen=_RECENT)
         self._handlers: Mapping[type, Callable[[Entry, Any], None]] = {
             journal.GoalArrived: self._on_goal,
             journal.CancelArrived: self._on_cancel,
             journal.StatusSet: self._on_status,
             journal.MessageArrived: self._on_message,
-            journal.MessageDropped: self._on_dropped,
             journal.CommandDone: self._on_command,
             journal.PlanFound: self._on_plan,
             journal.BeliefsChanged: lambda entry, event: self.beliefs.add(
                 entry.seconds, entry.step, event.terms
             ),
-            journal.ActionPublished: self._on_action,
-            journal.ActionRetried: self._on_retry,
             journal.Explained: self._on_answer,
             journal.NodeResumed: self._on_resumed,
-            journal.LoopEnded: self._on_end,
         }
+
+    @property
+    def goals(self) -> Iterable[_Placement]:
+        """The goals, in the order in which they were heard of."""
+        return self._placements.values()
 
     def read(self, position: int, entry: Entry) -> None:
         """Reads the next entry."""
@@ -136,9 +152,9 @@ class _Reading:
             self._begun += 1
         if not self.steps or entry.step > self.steps[-1].number:
             self.steps.append(StepRun(entry.seconds, entry.step, entry.horizon))
-        elif (entry.step, entry.horizon) != (self.steps[-1].number, self.steps[-1].horizon):
-            # A reset renumbers the step, and begins none.
-            self.steps[-1] = replace(self.steps[-1], number=entry.step, horizon=entry.horizon)
+        else:  # a reset renumbers the step, and begins none
+            self.steps[-1].number, self.steps[-1].horizon = entry.step, entry.horizon
+        self.run.apply(entry)
         handler = self._handlers.get(type(entry.event))
         if handler is not None:
             handler(entry, entry.event)
@@ -146,121 +162,67 @@ class _Reading:
 
     def causes(self) -> List[Tuple[int, Cause]]:
         """Returns the possible causes of changes, with their positions, when all is read."""
-        causes = list(self._causes.items())
-        for identifier, goal in self.goals.items():
-            if goal.slot or goal.accepted is not None:
+        causes = [(at, _cause(message)) for at, message in self.arrivals if not message.dropped]
+        for one in self.goals:
+            if one.goal.slot or one.goal.accepted is not None:
                 # It is planned for when it gets its slot, not when it comes.
-                position = self._placed.get(identifier, self._arrivals[identifier])
-                kind = "queued" if goal.behind else "goal"
-                causes.append((position, Cause(kind, goal.name)))
-            if goal.outcome != RECALLED and identifier in self._cancels:
-                causes.append((self._cancels[identifier], Cause("cancel", goal.name)))
+                position = one.heard if one.placed is None else one.placed
+                causes.append((position, Cause("queued" if one.behind else "goal", one.name)))
+            if one.cancelled is not None and not one.goal.is_recalled:
+                causes.append((one.cancelled, Cause("cancel", one.name)))
         return causes
 
-    def _goal(self, seconds: float, identifier: str) -> GoalRun:
+    def _placement(self, identifier: str) -> _Placement:
         """Returns a goal; one that is cancelled at once is heard of before it has come."""
-        self._arrivals.setdefault(identifier, self._position)
-        return self.goals.setdefault(identifier, GoalRun(identifier, seconds))
+        if identifier not in self._placements:
+            goal = self.run.goals[identifier]
+            self._placements[identifier] = _Placement(goal, self._position)
+        return self._placements[identifier]
 
-    def _on_goal(self, entry: Entry, event: journal.GoalArrived) -> None:
-        goal = self._goal(entry.seconds, event.goal)
+    def _on_goal(self, _: Entry, event: journal.GoalArrived) -> None:
         self._requests[event.request] += 1
-        self.goals[goal.id] = replace(
-            goal,
-            request=event.request,
-            information=event.information,
-            name=numbered(event.request, self._requests[event.request]),
-        )
+        name = numbered(event.request, self._requests[event.request])
+        self._placement(event.goal).name = name
 
-    def _on_cancel(self, entry: Entry, event: journal.CancelArrived) -> None:
-        goal = self._goal(entry.seconds, event.goal)
-        self._cancels.setdefault(goal.id, self._position)
-        if goal.cancels is None:
-            self.goals[goal.id] = replace(goal, cancels=entry.seconds)
+    def _on_cancel(self, _: Entry, event: journal.CancelArrived) -> None:
+        placement = self._placement(event.goal)
+        if placement.cancelled is None:
+            placement.cancelled = self._position
 
-    def _on_status(self, entry: Entry, event: journal.StatusSet) -> None:
-        goal = self._goal(entry.seconds, event.goal)
-        if event.status is journal.Status.ACCEPTED:
-            self._accept(entry.seconds, goal, event.slot)
-            return
-        if goal.outcome != OPEN:
-            return
-        is_recalled = (
-            event.status is journal.Status.CANCELED and not event.slot and goal.accepted is None
-        )
-        self._ends[goal.id] = self._begun
-        self.goals[goal.id] = replace(
-            goal,
-            slot=event.slot or goal.slot,
-            ended=entry.seconds,
-            outcome=RECALLED if is_recalled else event.status.value,
-            reason=str(event.reason),
-            steps=len(self.steps) - self._steps_before.get(goal.id, len(self.steps)),
-        )
+    def _on_status(self, _: Entry, event: journal.StatusSet) -> None:
+        placement = self._placement(event.goal)
+        if placement.goal.ended is not None:
+            if placement.begun is None:
+                placement.begun = self._begun
+                if placement.steps_before is not None:
+                    placement.steps = len(self.steps) - placement.steps_before
+        elif placement.goal.accepted is not None and placement.steps_before is None:
+            self._accept(placement, event.slot)
 
-    def _accept(self, seconds: float, goal: GoalRun, slot: str) -> None:
-        if goal.accepted is not None:
-            return
-        before = self.goals.get(self._slots.get(slot, "")) if slot else None
-        is_queued = before is not None and (before.ended is None or before.ended > goal.came)
-        self._slots[slot] = goal.id
-        self._steps_before[goal.id] = len(self.steps)
-        behind = before.name if before is not None and is_queued else ""
+    def _accept(self, placement: _Placement, slot: str) -> None:
+        before = self._slots.get(slot) if slot else None
+        self._slots[slot] = placement
+        placement.steps_before = len(self.steps)
         if before is not None:
-            self._placed[goal.id] = self._placement(goal, before, bool(behind))
-        self.goals[goal.id] = replace(goal, accepted=seconds, slot=slot, behind=behind)
+            ended = before.goal.ended
+            if ended is None or ended > placement.goal.came:
+                placement.behind = before
+            placement.placed = self._since_when_placed(placement, before)
 
-    def _placement(self, goal: GoalRun, before: GoalRun, is_queued: bool) -> int:
+    def _since_when_placed(self, placement: _Placement, before: _Placement) -> int:
         """Returns where a goal, which is accepted here, has got the slot of one before it."""
-        came = self._arrivals[goal.id]
-        position = came
-        if is_queued:  # in a bag that lacks the commands
+        position = placement.heard
+        if placement.behind:  # in a bag that lacks the commands
             position = self.plans[-1] if self.plans else self._position
-        since = self._ends.get(before.id, self._begun)
+        since = self._begun if before.begun is None else before.begun
         for assigned, begun in reversed(self._assignments):
-            if begun <= since or assigned < came:
+            if begun <= since or assigned < placement.heard:
                 break
             position = assigned
         return position
 
-    def _on_message(self, entry: Entry, event: journal.MessageArrived) -> None:
-        source, value = event.source, event.value
-        self.received += 1
-        index = self._latest.get(compact(source))
-        if index is not None and self.actions[index].ended is None:
-            self.actions[index] = replace(self.actions[index], ended=entry.seconds, answer=value)
-            kind = value if value in ("success", "failure") else "answer"
-            text = f"{source}: {self.actions[index].name}"
-            text += f" answered {value}" if kind == "answer" else ""
-        else:
-            index = None
-            self.messages.append(MessageRun(entry.seconds, source, value, entry.step))
-            kind, text = "message", f"{source}: {value}"
-        self._causes[self._position] = Cause(kind, text)
-        prefixes = compact(journal.naming(source, value)), f"{source!r} ", f"{value!r} "
-        message = len(self.messages) - 1
-        self._recent.append(_Taken(self._position, source, value, prefixes, index, message))
-
-    def _on_dropped(self, entry: Entry, event: journal.MessageDropped) -> None:
-        why, spaceless = event.reason, compact(event.reason)
-        for taken in reversed(self._recent):
-            names, *quoted = taken.prefixes
-            is_named = spaceless.startswith(names) or why.startswith(tuple(quoted))
-            if is_named and taken.position in self._causes:
-                break
-        else:
-            self.messages.append(MessageRun(entry.seconds, "", "", entry.step, why))
-            return
-        del self._causes[taken.position]
-        if taken.answered is None:
-            message = self.messages[taken.message]
-            self.messages[taken.message] = replace(message, dropped=why)
-        else:  # it was no answer
-            self.messages.append(MessageRun(entry.seconds, taken.id, taken.value, entry.step, why))
-            action = self.actions[taken.answered]
-            is_latest = self._latest[compact(taken.id)] == taken.answered
-            ended = None if is_latest else action.ended
-            self.actions[taken.answered] = replace(action, answer="", ended=ended)
+    def _on_message(self, _: Entry, __: journal.MessageArrived) -> None:
+        self.arrivals.append((self._position, self.run.messages[-1]))
 
     def _on_command(self, entry: Entry, event: journal.CommandDone) -> None:
         step = self.steps[-1]
@@ -269,46 +231,20 @@ class _Reading:
             self.searches.append(
                 SearchRecord(entry.seconds, event.seconds, result, entry.step, entry.horizon)
             )
-            self.steps[-1] = replace(
-                step,
-                searches=step.searches + 1,
-                interrupted=step.interrupted + (event.result is Result.UNKNOWN),
-                solving=step.solving + event.seconds,
-            )
+            step.searches += 1
+            step.interrupted += event.result is Result.UNKNOWN
+            step.solving += event.seconds
         elif not event.waits:
-            self.steps[-1] = replace(step, other=step.other + event.seconds)
+            step.other += event.seconds
         if event.name == "assign_messages":
             self._assignments.append((self._position, self._begun))
-        if event.resets_to is not None:
-            self._begun += 1
-            self._plan = after_reset(self._plan, event.resets_to)
+        self._begun += event.resets_to is not None
 
-    def _on_plan(self, entry: Entry, event: journal.PlanFound) -> None:
-        before = {step: actions for step, actions in self._plan.items() if step >= entry.step}
-        self._plan = planned(event.actions)
-        last = self.plans[-1] if self.plans else -1
-        news = itertools.takewhile(lambda pair: pair[0] > last, reversed(self._causes.items()))
-        is_expected = all(cause.kind == "success" for _, cause in news)
-        changed = change(entry, before, self._plan, is_expected=is_expected)
+    def _on_plan(self, entry: Entry, _: journal.PlanFound) -> None:
+        changed = change(entry, self.run)
         if changed is not None:
             self.changes[len(self.plans)] = changed
         self.plans.append(self._position)
-
-    def _on_action(self, entry: Entry, event: journal.ActionPublished) -> None:
-        if event.action == ABORT:  # the actuator is still at what is aborted
-            return
-        actuator = compact(event.actuator)
-        index = self._latest.get(actuator)
-        if index is not None and self.actions[index].ended is None:
-            self.actions[index] = replace(self.actions[index], ended=entry.seconds)
-        self._latest[actuator] = len(self.actions)
-        self.actions.append(ActionRun(event.actuator, event.action, entry.step, entry.seconds))
-
-    def _on_retry(self, entry: Entry, event: journal.ActionRetried) -> None:
-        index = self._latest.get(compact(event.actuator))
-        if index is not None and self.actions[index].ended is None:
-            ended = replace(self.actions[index], ended=entry.seconds, answer=event.answer)
-            self.actions[index] = ended
 
     def _on_answer(self, entry: Entry, event: journal.Explained) -> None:
         self.answers.append(
@@ -326,7 +262,7 @@ class _Reading:
         )
         if not request or event.question not in (f"goal {slot}", f"goal {request}"):
             return event.question
-        names = [goal.name for goal in self.goals.values() if goal.request == request]
+        names = [one.name for one in self.goals if one.goal.request == request]
         return f"goal {names[-1] if names else request}"
 
     def _on_resumed(self, entry: Entry, event: journal.NodeResumed) -> None:
@@ -335,5 +271,11 @@ class _Reading:
             NodeRestart(entry.seconds, entry.step, event.node, event.reason, event.seconds, last)
         )
 
-    def _on_end(self, _: Entry, event: journal.LoopEnded) -> None:
-        self.end = str(event.reason)
+
+def _cause(message: TrackedMessage) -> Cause:
+    source, value, action = message.source, message.value, message.action
+    if action is None:
+        return Cause("message", f"{source}: {value}")
+    if value in (SUCCESS, FAILURE):
+        return Cause(value, f"{source}: {action.name}")
+    return Cause("answer", f"{source}: {action.name} answered {value}")

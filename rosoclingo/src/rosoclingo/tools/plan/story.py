@@ -10,15 +10,15 @@ step 1 of 2, at 0 s
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List, Mapping, Set
+from typing import Any, Callable, List, Mapping
 
 from rosclingo.wire.commands import Result
-from rosoclingo.bags.report.changes import Planned, after_reset, change, planned
+from rosoclingo.bags.report.changes import change
+from rosoclingo.bags.run_model import RunModel, TrackedGoal
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Entry, Status
 from rosoclingo.loop.values.beliefs import Beliefs, causes_in_words
 from rosoclingo.loop.values.phrases import TermPhrases
-from rosoclingo.loop.words import SUCCESS
 
 
 class RunStory:
@@ -41,18 +41,14 @@ class RunStory:
         self._say = say
         self._commands = commands
         self._phrases = phrases
+        self._run = RunModel()
         self._count = 0  # commands
         self._step = 0
         self._elapsed = 0  # steps, which a reset does not number anew
         self._headed = 0  # the last step that was told
         self._searches = 0  # since the last plan
         self._is_better = False  # the plan that is found next
-        self._is_expected = True  # nothing but successful answers has come since the last plan
-        self._plan: Planned = {}
-        self._acting: Set[str] = set()
         self._believed = ""
-        self._requests: Dict[str, str] = {}
-        self._recalled: Dict[str, journal.StatusSet] = {}  # before the loop has taken the goal
         self._tellers: Mapping[type, Callable[[Entry, Any], List[str]]] = {
             journal.GoalArrived: self._on_goal,
             journal.CancelArrived: lambda _, e: [f"{self._goal(e.goal)} is to be cancelled"],
@@ -67,9 +63,9 @@ class RunStory:
             journal.SearchEnded: self._on_search,
             journal.PlanFound: self._on_plan,
             journal.BeliefsChanged: self._on_beliefs,
-            journal.ActionPublished: self._on_action,
+            journal.ActionPublished: lambda _, e: [f"{e.actuator}: {e.action}"],
             journal.StatusSet: self._on_status,
-            journal.LoopWaits: lambda *_: [] if self._acting else ["waits"],
+            journal.LoopWaits: lambda *_: [] if self._run.is_acting else ["waits"],
             journal.LoopEnded: lambda _, e: [f"the loop ends: {e.reason}"],
         }
 
@@ -77,6 +73,7 @@ class RunStory:
         """Tells the next entry."""
         self._elapsed += max(0, entry.step - self._step)
         self._step = entry.step
+        self._run.apply(entry)
         teller = self._tellers.get(type(entry.event))
         said = teller(entry, entry.event) if teller else []
         if said and self._elapsed > self._headed:
@@ -95,21 +92,17 @@ class RunStory:
         self._say(f"step {self._elapsed} of {before + entry.horizon}, at {entry.seconds:g} s")
 
     def _goal(self, identifier: str) -> str:
-        request = self._requests.get(identifier)
-        return f"goal {identifier}" if request is None else f"goal {identifier}, {request},"
+        goal = self._run.goals[identifier]
+        return f"goal {goal.id}, {goal.request}," if goal.has_arrived else f"goal {goal.id}"
 
-    def _on_goal(self, entry: Entry, event: journal.GoalArrived) -> List[str]:
-        self._requests[event.goal] = event.request
-        recalled = self._recalled.pop(event.goal, None)
-        ended = [] if recalled is None else self._on_status(entry, recalled)
-        return [f"goal {event.goal} comes: {event.request}", *ended]
+    def _on_goal(self, _: Entry, event: journal.GoalArrived) -> List[str]:
+        goal = self._run.goals[event.goal]
+        ended = [] if goal.ended is None else [self._end(goal)]
+        return [f"goal {goal.id} comes: {goal.request}", *ended]
 
     def _on_message(self, entry: Entry, event: journal.MessageArrived) -> List[str]:
-        if event.source not in self._acting or event.value != SUCCESS:
-            self._is_expected = False
-        if event.source not in self._acting:
+        if self._run.messages[-1].action is None:
             return [f"message {event.source}: {event.value}"]
-        self._acting.discard(event.source)
         return [f"{event.source} answers {event.value}, at {entry.seconds:g} s"]
 
     def _on_beliefs(self, _: Entry, event: journal.BeliefsChanged) -> List[str]:
@@ -128,8 +121,6 @@ class RunStory:
         if event.is_search:
             self._searches += event.result is not Result.SAT
         if event.resets_to is not None:
-            self._plan = after_reset(self._plan, event.resets_to)
-            self._acting.clear()
             lines.append(f"reset: step {event.resets_to} is step 0 for the planner now")
         return lines
 
@@ -143,34 +134,29 @@ class RunStory:
     def _on_plan(self, entry: Entry, event: journal.PlanFound) -> List[str]:
         searches, self._searches = self._searches + 1, 0
         what, self._is_better = "a better plan" if self._is_better else "another plan", False
-        before = {step: actions for step, actions in self._plan.items() if step >= entry.step}
-        is_first, self._plan = not self._plan, planned(event.actions)
-        changed = change(entry, before, self._plan, is_expected=self._is_expected)
-        self._is_expected = True
+        changed = change(entry, self._run)
         if changed is None:
             return []
         best = "" if event.is_best else ", the best so far"
         found = f"{_number(changed.new, 'action')} ahead{best}, after {_number(searches, 'search')}"
-        if is_first:
+        if not self._run.plan_before.steps():
             return [f"plan: {found}"]
         later = self._elapsed - entry.step
         new, old = (", ".join(actions) or "nothing" for actions in (changed.after, changed.before))
         return [f"{what}: {found}; in step {later + changed.first} {new} instead of {old}"]
 
-    def _on_action(self, _: Entry, event: journal.ActionPublished) -> List[str]:
-        self._acting.add(event.actuator)
-        return [f"{event.actuator}: {event.action}"]
-
     def _on_status(self, _: Entry, event: journal.StatusSet) -> List[str]:
-        if event.reason == journal.Reason.RECALLED and event.goal not in self._requests:
-            self._recalled[event.goal] = event
-            return []
-        goal = self._goal(event.goal)
+        goal = self._run.goals[event.goal]
+        if goal.is_recalled and not goal.has_arrived:
+            return []  # that is told when the loop takes it
         if event.status is Status.ACCEPTED:
-            return [f"{goal} is accepted, in slot {event.slot}"]
-        is_asked = event.status in (Status.SUCCEEDED, Status.CANCELED)
-        why = "" if is_asked and event.slot else f": {event.reason}"
-        return [f"{goal} {_ENDS[event.status]}{why}"]
+            return [f"{self._goal(goal.id)} is accepted, in slot {event.slot}"]
+        return [self._end(goal)]
+
+    def _end(self, goal: TrackedGoal) -> str:
+        is_asked = goal.status in (Status.SUCCEEDED, Status.CANCELED)
+        why = "" if is_asked and goal.slot else f": {goal.reason}"
+        return f"{self._goal(goal.id)} {_ENDS[goal.status]}{why}"
 
 
 _ENDS = {
