@@ -430,6 +430,21 @@ def test_a_place_where_no_store_can_be(tmp_path: Path, parent: str) -> None:
         Store(tmp_path / parent / "a.store")
 
 
+@pytest.mark.parametrize("name", [".", DATABASE, MARK])
+def test_a_file_to_which_this_user_may_not_write(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    path = tmp_path / "a.store"
+    Store(path).close()
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "access", lambda file, _: file != path / name)
+        with pytest.raises(
+            StoreError, match=r"Permission denied; .* may this user write to it and to a.store\?"
+        ):
+            Store(path)
+    assert goals(path) == []
+
+
 @pytest.mark.parametrize("name", ["mkdir", "pwrite", "replace"])
 def test_a_disk_that_is_full_when_a_store_is_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str

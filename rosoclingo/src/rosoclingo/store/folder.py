@@ -23,6 +23,7 @@ Mark(store='0123456789abcdef', number=7)
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import os
 import re
@@ -77,6 +78,9 @@ class StoreFolder:
         with told(self.path, "cannot be opened"):
             self._lock = _lock(self.path)
             names = os.listdir(self._lock)
+            if not all(os.access(self.path / name, os.W_OK) for name in (".", *names)):
+                self.close()
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         self.is_empty = not names
         self.is_new = self.is_empty or (_DATABASE not in names and _NEW in names)
         if names and not any(name.startswith(_DATABASE) or name == _MARK for name in names):
