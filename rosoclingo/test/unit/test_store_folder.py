@@ -13,7 +13,7 @@ import threading
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Callable, Dict, Iterator, List
+from typing import Any, Callable, Dict, Iterator, List, Tuple
 
 import pytest
 from crashes import Life, Runs, World, outcome
@@ -250,11 +250,15 @@ def goals(path: Path) -> List[str]:
 
 
 @pytest.mark.costly
-def test_a_process_dies_while_it_makes_a_store(memory: Path) -> None:
-    """What it leaves is used, and is never refused."""
+@pytest.mark.parametrize("left", [(), ("run.sqlite.new", "run.sqlite.new-journal", MARK)])
+def test_a_process_dies_while_it_makes_a_store(memory: Path, left: Tuple[str, ...]) -> None:
+    """What it leaves is used, and is never refused; also if another one has died before."""
+    path = memory / "made.store"
     for point in count(1, 1 if IS_FULL else 4):
-        path = memory / f"{point}.made"
-        died = dies(point, lambda path=path: Store(path))  # type: ignore[misc]
+        write(path, dict.fromkeys(left, b"something"))
+        if not left:
+            path.rmdir()
+        died = dies(point, lambda: Store(path))
         with contextlib.closing(Store(path)) as store:
             store.add(Goal("visit(2)", (), "g"))
         assert goals(path) == ["g"]

@@ -82,7 +82,8 @@ class StoreFolder:
                 self.close()
                 raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         self.is_empty = not names
-        self.is_new = self.is_empty or (_DATABASE not in names and _NEW in names)
+        is_half_made = any(name.startswith(_NEW) for name in names)
+        self.is_new = self.is_empty or (_DATABASE not in names and is_half_made)
         if names and not any(name.startswith(_DATABASE) or name == _MARK for name in names):
             self.close()
             raise StoreError(f"{self.path} has other files, and is no store; give another name")
@@ -95,7 +96,9 @@ class StoreFolder:
         self._mark = self._lock = -1
 
     def begin(self) -> Path:
-        """Returns where the database is to be made, of which there is nothing yet."""
+        """Removes what a process has left that made a store; returns where to make a database."""
+        (self.path / _MARK).unlink(missing_ok=True)
+        _sync(self.path)  # so that no mark is left alone, whose database would be missed
         for one in self.path.glob(f"{_NEW}*"):
             one.unlink()
         return self.path / _NEW
