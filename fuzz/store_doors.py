@@ -22,17 +22,19 @@ from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.store.database import Database, put_aside
+from rosoclingo.store.database import Database
+from rosoclingo.store.folder import put_aside
 from rosoclingo.store.sqlite_store import SqliteStore
 from rosoclingo.store.store import Store
 from rosoclingo_interfaces.errors import LedgerError
 from rosoclingo_interfaces.ledger import _entries
 from rosoclingo_interfaces.store_file import load
 
-_LENGTH = struct.Struct("<I")
+_LENGTHS = struct.Struct("<II")
 _STARTED_WITH = {"planner": "line.lp"}
 _DECISIONS = 12  # of the loop, whose run is in the sample
 _PAGE = 4096
+_FILES = ("run.sqlite", "run.sqlite-wal", "mark")
 
 
 class _Robot(Environment):
@@ -58,6 +60,11 @@ class FolderDoor(Door):
     def __exit__(self, *_: object) -> None:
         shutil.rmtree(self.folder)
 
+    def clear(self) -> None:
+        """Removes all that is in the folder."""
+        for old in self.folder.iterdir():
+            shutil.rmtree(old)
+
     def check(self, err: Exception) -> None:
         """Checks that the file is named."""
         assert str(self.folder) in str(err), str(err)
@@ -73,9 +80,9 @@ def _begin(store: Store) -> Tuple[Inbox, Loop]:
     return inbox, loop
 
 
-def _run(file: Path) -> Store:
+def _run(path: Path) -> Store:
     """Returns the store of a run that goes on."""
-    store = Store(file)
+    store = Store(path)
     inbox, loop = _begin(store)
     inbox.put(Goal("visit(2)", ("first",), "one"))
     inbox.put(Goal("visit(7)", (), "three"))
@@ -87,9 +94,9 @@ def _run(file: Path) -> Store:
     return store
 
 
-def _read(file: Path, *, resumes: bool = False) -> None:
+def _read(path: Path, *, resumes: bool = False) -> None:
     """Reads all of a store, as a node does that goes on, and writes to it."""
-    store = Store(file)
+    store = Store(path)
     try:
         goals = {key: Goal(one.request, (), key) for key, one in store.goals.items()}
         _ = store.ended_goals, store.unsent, store.records, list(store.commands)
@@ -104,7 +111,7 @@ def _read(file: Path, *, resumes: bool = False) -> None:
 
 
 class StoreDoor(FolderDoor):
-    """Files of stores, each with its log; an input has the length of the file before it."""
+    """Stores: an input has the lengths of database and log, these, and the high-water mark."""
 
     name = "stores"
     errors = (StoreError,)
@@ -115,41 +122,44 @@ class StoreDoor(FolderDoor):
 
     def __enter__(self) -> Door:
         super().__enter__()
-        file = self.folder / "a.store"
-        store = _run(file)
-        log = file.with_name("a.store-wal").read_bytes()
-        self._samples = [_LENGTH.pack(file.stat().st_size) + file.read_bytes() + log]
+        store = _run(self.folder / "a.store")
+        self._samples = [self._sample()]
         store.close()
-        self._samples.append(_LENGTH.pack(file.stat().st_size) + file.read_bytes())
+        self._samples.append(self._sample())
         self.words = [
             self._samples[1][begin : begin + size]
-            for begin in range(_LENGTH.size, len(self._samples[1]), _PAGE)
+            for begin in range(_LENGTHS.size, len(self._samples[1]), _PAGE)
             for size in (100, _PAGE)
         ]
         return self
+
+    def _sample(self) -> bytes:
+        files = [self.folder / "a.store" / name for name in _FILES]
+        parts = [file.read_bytes() if file.exists() else b"" for file in files]
+        return _LENGTHS.pack(*map(len, parts[:2])) + b"".join(parts)
 
     def valid(self) -> SearchStrategy[bytes]:
         """Returns a store with a log, or one that was closed."""
         return st.sampled_from(self._samples)
 
     def check(self, err: Exception) -> None:
-        """Checks that the file is named, and that what the message says gets rid of it."""
+        """Checks that the folder is named, and that what the message says gets rid of it."""
         super().check(err)
         put_aside(self.folder / "a.store")
-        left = [one for one in ("", "-wal", "-shm") if (self.folder / f"a.store{one}").exists()]
-        assert not left, f"resume:=fresh leaves {left}"
+        assert not (self.folder / "a.store").exists(), "resume:=fresh leaves it"
 
     def read(self, data: bytes) -> None:
-        """Writes file and log, and reads them."""
-        for old in self.folder.iterdir():
-            old.unlink()
-        file = self.folder / "a.store"
-        length = _LENGTH.unpack(data[:4].ljust(4, b"\0"))[0]
-        body = data[_LENGTH.size :]
-        file.write_bytes(body[:length])
-        if body[length:]:
-            file.with_name("a.store-wal").write_bytes(body[length:])
-        _read(file)
+        """Writes the files, and reads them."""
+        self.clear()
+        path = self.folder / "a.store"
+        path.mkdir()
+        database, log = _LENGTHS.unpack(data[: _LENGTHS.size].ljust(_LENGTHS.size, b"\0"))
+        body = data[_LENGTHS.size :]
+        parts = (body[:database], body[database : database + log], body[database + log :])
+        for name, part in zip(_FILES, parts):
+            if part:
+                (path / name).write_bytes(part)
+        _read(path)
 
 
 class RowDoor(FolderDoor):
@@ -211,13 +221,12 @@ class RowDoor(FolderDoor):
             "".join(sum(texts, ())).encode()
         except (ValueError, TypeError, AssertionError, RecursionError) as err:
             raise StoreError(f"{self.folder}: no rows") from err
-        for old in self.folder.iterdir():
-            old.unlink()
-        file = self.folder / "a.store"
-        with contextlib.closing(Database(file)) as database, database.transaction() as changed:
+        self.clear()
+        path = self.folder / "a.store"
+        with contextlib.closing(Database(path)) as database, database.transaction() as changed:
             for part, key, value in texts:
                 changed.put(part, key, value)
-        _read(file, resumes=True)
+        _read(path, resumes=True)
 
 
 class LedgerDoor(FolderDoor):

@@ -58,10 +58,6 @@ class StoreError(RosclingoError):
     """A store cannot be opened, read or written; the message says which, why and what to do."""
 
 
-class DamagedStoreError(StoreError):
-    """A store and its log are not whole, or do not belong together."""
-
-
 class BagError(RosclingoError):
     """A bag cannot be read, written, compared or replayed; the message says why and what to do."""
 

@@ -154,7 +154,7 @@ print("ends", sorted(set(ended.values())), flush=True)
 def system(terminals: Terminals, store: Path, form: str, *arguments: str) -> Terminal:
     file = package("rosoclingo") / "example" / "line.lp"
     mode = ["mode:=dynamic.incremental.dyn_reset", "steps:=30"] if form == "rosoclingo" else []
-    arguments = (f"encoding:={file}", f"store:={store}", *mode, *arguments)
+    arguments = (f"encoding:={file}", f"store:={store}/", *mode, *arguments)
     return terminals.start("roslaunch", "rosoclingo", f"{form}.launch", *arguments)
 
 
@@ -355,7 +355,7 @@ def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
     store = tmp_path / "hand.store"
     interface = terminals.start(
         "roslaunch", "rosoclingo_interfaces", "mailbot_interfaces.launch", "navigation:=none",
-        f"store:={store}",
+        f"store:={store}/",
     )  # fmt: skip
     robot = terminals.start("python", "-c", ROBOT, "60")
     terminals.start("python", "-c", CLIENT, "visit(3)")

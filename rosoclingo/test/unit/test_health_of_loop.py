@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shutil
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -443,7 +444,7 @@ def test_a_store(tmp_path: Path) -> None:
     assert written.bytes is not None
     assert written.bytes > before.bytes
     store.close()
-    store.path.unlink()
+    shutil.rmtree(store.path)
     assert store.summary(is_unsure=True).bytes is not None
 
 

@@ -32,7 +32,6 @@ from rosoclingo.loop.journal import (
     LOOP,
     Entry,
     LoopWaits,
-    MessageArrived,
     NodeResumed,
     Record,
     Status,
@@ -44,8 +43,9 @@ from rosoclingo.loop.state import State
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.store.commands import RecordedSolver, SolverRetry
-from rosoclingo.store.database import Database, put_aside
+from rosoclingo.store.database import Database
 from rosoclingo.store.fields import ChangedRows, read
+from rosoclingo.store.folder import put_aside
 from rosoclingo.store.outbox import HeldEffect, Outbox
 from rosoclingo.store.sqlite_store import SqliteStore
 from rosoclingo.store.store import Changes, Store
@@ -53,6 +53,7 @@ from rosoclingo.store.store import Changes, Store
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 REQUESTS = ["visit(2)", "visit(1)"]
 PAGE = 4096
+DATABASE, LOG = "run.sqlite", "run.sqlite-wal"
 
 # Fields.
 
@@ -147,47 +148,35 @@ def run_to(tmp_path: Path, requests: List[str], *, mode: str = RECORDING) -> Tup
     return runs, file
 
 
-def test_the_file_of_another_program(tmp_path: Path) -> None:
-    file = tmp_path / "a.txt"
-    file.write_text("a letter of some length, which is no store of a run and never was one")
-    with pytest.raises(StoreError, match=r"a.txt is damaged: file is not a database; start with"):
-        Store(file)
-    assert file.read_text().startswith("a letter")
-
-
 @pytest.mark.parametrize(
     "script",
     [
         "UPDATE seal SET number = 'x'",
-        "UPDATE mark SET bytes = 7",
-        "UPDATE mark SET bytes = 'a text of more than a sector, ' || hex(zeroblob(9000))",
+        "UPDATE seal SET store = 7",
         "PRAGMA writable_schema = ON;"
         "UPDATE sqlite_master SET sql = replace(sql, 'PRIMARY KEY', '') WHERE name = 'row'",
         "PRAGMA writable_schema = ON;"
-        "UPDATE sqlite_master SET sql = CAST(x'435245415445d4d4d4' AS TEXT) WHERE name = 'mark'",
+        "UPDATE sqlite_master SET sql = CAST(x'435245415445d4d4d4' AS TEXT) WHERE name = 'seal'",
     ],
-    ids=["number", "mark", "text", "schema", "bytes"],
+    ids=["number", "id", "schema", "bytes"],
 )
 def test_values_of_other_types(tmp_path: Path, script: str) -> None:
     """A file whose pages are whole is refused, too, and what the message says helps."""
     _, file = run_to(tmp_path, REQUESTS)
-    with contextlib.closing(sqlite3.connect(str(file))) as connection:
+    with contextlib.closing(sqlite3.connect(str(file / DATABASE))) as connection:
         connection.executescript(script)
     with pytest.raises(StoreError, match=r"a.store is damaged: .*resume:=fresh"):
         Store(file)
-    aside = put_aside(file)
-    assert aside is not None
-    assert aside.exists()
+    assert put_aside(file) == tmp_path / "a.store.old1"
     with contextlib.closing(Store(file)) as store:
         assert store.goals == {}
 
 
 def test_a_format_of_a_later_sqlite(tmp_path: Path) -> None:
     _, file = run_to(tmp_path, REQUESTS)
-    sqlite3.connect(str(file)).close()  # which takes the log into the file
-    data = bytearray(file.read_bytes())
+    data = bytearray((file / DATABASE).read_bytes())
     data[47] = 9  # of which SQLite knows those up to 4
-    file.write_bytes(data)
+    (file / DATABASE).write_bytes(data)
     with pytest.raises(StoreError, match=r"a.store is damaged: .*resume:=fresh"):
         Store(file)
     assert put_aside(file) is not None
@@ -197,12 +186,12 @@ def test_a_format_of_a_later_sqlite(tmp_path: Path) -> None:
 def test_a_store_of_another_version(tmp_path: Path) -> None:
     """It is refused with a sentence, and left as it is."""
     _, file = run_to(tmp_path, REQUESTS)
-    with contextlib.closing(sqlite3.connect(str(file))) as connection:
+    with contextlib.closing(sqlite3.connect(str(file / DATABASE))) as connection:
         connection.execute("PRAGMA user_version = 3")
-    before = file.read_bytes()
+    before = (file / DATABASE).read_bytes()
     with pytest.raises(StoreError, match=r"a.store has the format 3, and this version of .* knows"):
         Store(file)
-    assert file.read_bytes() == before
+    assert (file / DATABASE).read_bytes() == before
 
 
 @pytest.mark.parametrize(
@@ -279,109 +268,6 @@ def test_an_execution_that_is_filed_under_another_actuator(tmp_path: Path) -> No
         rows.put("state", 'state.executions.last "robot"', value.replace('"robot"', '"arm"'))
     with pytest.raises(StoreError, match=r"an execution of arm is filed under robot; .*fresh"):
         runs.run(World(REQUESTS), file=file)
-
-
-def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(StoreError, match=r"unable to open.*is its folder there, and may this user"):
-        Store(tmp_path / "none" / "a.store")
-
-
-@pytest.mark.parametrize("folder", ["/proc", "/proc/self", "/dev/null"])
-def test_a_folder_in_which_nobody_may_write(folder: str) -> None:
-    """Not even root, who runs tests here and there."""
-    with pytest.raises(StoreError, match=r"is its folder there, and may this user write to it"):
-        Store(Path(folder) / "a.store")
-
-
-def test_two_nodes_with_one_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rosoclingo.store.database._WAIT_SECONDS", 0.1)
-    store = Store(tmp_path / "a.store")
-    with pytest.raises(StoreError, match="another node that still runs uses it"):
-        Store(tmp_path / "a.store")
-    store.close()
-    Store(tmp_path / "a.store").close()
-
-
-def test_a_store_that_another_node_has_is_not_put_aside(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("rosoclingo.store.database._WAIT_SECONDS", 0.1)
-    store = Store(tmp_path / "a.store")
-    done: List[str] = []
-    with pytest.raises(StoreError, match="another node that still runs uses it"):
-        put_aside(tmp_path / "a.store", lambda: done.append("done"))
-    assert not done
-    store.add(MessageArrived("info", "open(1)"))
-    store.close()
-    assert put_aside(tmp_path / "a.store", lambda: done.append("done"))
-    assert done
-
-
-@pytest.mark.parametrize("crash", range(1, 6))
-@pytest.mark.parametrize("is_damaged", [False, True])
-def test_the_process_dies_while_a_store_is_put_aside(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, crash: int, *, is_damaged: bool
-) -> None:
-    """Before or after each change of the folder: the next one puts aside what is left."""
-    _, made = run_to(tmp_path, REQUESTS)
-    file, old = tmp_path / "b.store", Store(made)
-    old.add(MessageArrived("info", "open(1)"))
-    copy(made, file)  # with a log, as of a process that has died
-    old.close()
-    if is_damaged:
-        file.write_bytes(b"a letter of some length, which is no store of a run")
-    points: List[object] = []
-    done: List[str] = []
-
-    def point() -> None:
-        points.append(None)
-        if len(points) == crash:
-            raise Crash
-
-    def dies(change: Callable[..., object]) -> Callable[..., None]:
-        def call(*arguments: object) -> None:
-            point()
-            change(*arguments)
-            point()
-
-        return call
-
-    with monkeypatch.context() as patch, contextlib.suppress(Crash):
-        patch.setattr(Path, "rename", dies(Path.rename))
-        patch.setattr(Path, "unlink", dies(Path.unlink))
-        put_aside(file, lambda: done.append("first"))
-    assert bool(done) == (crash == 5)  # of the log and of the file
-    if not done:
-        put_aside(file, lambda: done.append("second"))
-    assert done
-    assert not {"b.store", "b.store-wal"}.intersection(one.name for one in tmp_path.iterdir())
-    with contextlib.closing(Store(file)) as new:
-        assert new.snapshot is None
-        assert not new.goals
-    if not is_damaged:
-        with contextlib.closing(Store(tmp_path / "b.store.old1")) as kept:
-            assert list(kept.goals) == ["1", "2"]
-            assert [item for _, item in kept.inputs(lambda _: None)] == [
-                MessageArrived("info", "open(1)")
-            ]
-
-
-def test_a_log_without_its_file(tmp_path: Path) -> None:
-    """It would be taken for the log of a new file, and the old run would go on."""
-    _, made = run_to(tmp_path, REQUESTS)
-    old, file = Store(made), tmp_path / "b.store"
-    old.add(MessageArrived("info", "open(1)"))
-    copy(made, file)
-    old.close()
-    file.unlink()
-    with pytest.raises(StoreError, match=r"b.store is gone, but its log b.store-wal is there"):
-        Store(file)
-    assert put_aside(file) == tmp_path / "b.store.old1"
-    assert (tmp_path / "b.store.old1-wal").exists()
-    store = Store(file)
-    assert store.snapshot is None
-    store.close()
-    assert put_aside(file) == tmp_path / "b.store.old2"
 
 
 def test_another_encoding(tmp_path: Path) -> None:
@@ -623,12 +509,8 @@ def test_who_gathers_lets_out_what_another_thread_has_written(tmp_path: Path) ->
 
 
 def copy(file: Path, to: Path) -> None:
-    for suffix in ("", "-wal"):
-        target = to.with_name(to.name + suffix)
-        if target.exists():
-            target.unlink()
-        if file.with_name(file.name + suffix).exists():
-            shutil.copy(str(file.with_name(file.name + suffix)), str(target))
+    shutil.rmtree(to, ignore_errors=True)
+    shutil.copytree(file, to)
 
 
 def opened(file: Path) -> Optional[int]:
@@ -680,16 +562,16 @@ def test_a_store_that_is_cut(damaged: Tuple[Path, Set[int], List[Path]]) -> None
     file, seals, _ = damaged
     torn, chance = file.with_name("torn.store"), Random(0)
     results = {True: 0, False: 0}
-    for suffix in ("", "-wal"):
-        size = file.with_name(file.name + suffix).stat().st_size
+    for name in (DATABASE, LOG):
+        size = (file / name).stat().st_size
         assert size > 2 * PAGE
         places = [*range(0, size, PAGE), *(chance.randrange(size) for _ in draws(range(100), 500))]
         for place in places:
             copy(file, torn)
-            with torn.with_name(torn.name + suffix).open("r+b") as data:
+            with (torn / name).open("r+b") as data:
                 data.truncate(place)
             seal = opened(torn)
-            assert seal is None or seal in seals, (suffix, place)
+            assert seal is None or seal in seals, (name, place)
             results[seal is None] += 1
     print(results)
     assert all(results.values())
@@ -703,13 +585,14 @@ def test_a_store_with_old_pages(damaged: Tuple[Path, Set[int], List[Path]]) -> N
     for number in range(100):
         copy(file, torn)
         if number % 2:  # else the write-ahead log has most pages anew
-            with contextlib.closing(sqlite3.connect(str(torn))) as connection:
+            with contextlib.closing(sqlite3.connect(str(torn / DATABASE))) as connection:
                 connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-        data, old = bytearray(torn.read_bytes()), chance.choice(copies).read_bytes()
+        data = bytearray((torn / DATABASE).read_bytes())
+        old = (chance.choice(copies) / DATABASE).read_bytes()
         for _ in range(chance.randrange(1, 4)):
             begin = chance.randrange(min(len(old), len(data)) // PAGE) * PAGE
             data[begin : begin + PAGE] = old[begin : begin + PAGE]
-        torn.write_bytes(bytes(data))
+        (torn / DATABASE).write_bytes(bytes(data))
         seal = opened(torn)
         assert seal is None or seal in seals
         refused += seal is None

@@ -127,8 +127,8 @@ class StoreSummary:
     """Size and condition of a store.
 
     Attributes:
-        path: The file.
-        bytes: The size of the file and of its log; None if that is unknown.
+        path: Its folder.
+        bytes: The size of its database and of the log; None if that is unknown.
         committed: When it was written last, in seconds of the monotonic clock; None if it was not.
         failure: Why nothing can be written any more; empty if it can.
         is_unsure: Whether it is still unconfirmed that the run in it goes on.

@@ -81,5 +81,5 @@ def _read_address(known: KnownGoal) -> Tuple[str, rospy.Time]:
         raise StoreError(
             f"the store has the goal {shorten(known.id)} with an address that this version of "
             f"rosoclingo does not write: {shorten(str(err))}; start the version that has written "
-            "it, or start with resume:=fresh, which keeps the file aside"
+            "it, or start with resume:=fresh, which keeps it aside and begins anew"
         ) from err

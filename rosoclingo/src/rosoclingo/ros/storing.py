@@ -19,7 +19,7 @@ from rosoclingo.errors import LaunchedError, StoreError
 from rosoclingo.loop.durability import Durability, KnownGoal
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
 from rosoclingo.ros.goal_statuses import sender_of, status_of
-from rosoclingo.store.database import put_aside
+from rosoclingo.store.folder import put_aside
 from rosoclingo.store.sqlite_store import SqliteStore
 from rosoclingo.store.store import Store
 
@@ -41,15 +41,15 @@ def open_durability(
         ParameterError: One of them, or ``~solver_timeout``, is wrong.
         StoreError: The store cannot be used.
     """
-    file, resume = parameters.text("store", ""), parameters.text("resume", "")
+    folder, resume = parameters.text("store", ""), parameters.text("resume", "")
     if resume not in ("", _FRESH, _LOSSY):
         raise parameters.wrong("resume", f"expected {_FRESH}, {_LOSSY}, or nothing: {resume}")
-    if not file:
+    if not folder:
         if resume:
             raise ParameterError("parameter ~resume: there is no ~store, so nothing to resume")
         return Durability()
     seconds = parameters.number("solver_timeout", _SOLVER_SECONDS, what="seconds")
-    path = Path(file).expanduser().absolute()
+    path = Path(folder).expanduser().absolute()
     if resume == _FRESH:
         aside = put_aside(path, lambda: forget("resume"))  # a node that is started again goes on
         if aside is not None:
@@ -58,7 +58,7 @@ def open_durability(
     if resume == _LOSSY:
         forget("resume")  # what is lost later has to be accepted again
     if store.loss:
-        rospy.logwarn("goes on without what is lost: %s", store.loss)
+        rospy.logwarn("goes on with the store %s, of which some is lost: %s", path, store.loss)
     if store.ended is not None:
         rospy.logwarn("the run in the store has ended, and another one begins: %s", store.ended)
     elif store.snapshot is not None:

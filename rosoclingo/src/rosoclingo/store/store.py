@@ -7,13 +7,12 @@ import dataclasses
 import json
 import time
 from collections import deque
-from functools import partial
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire.commands import Command
-from rosoclingo.errors import DamagedStoreError, StoreError
+from rosoclingo.errors import StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.durability import KnownGoal
 from rosoclingo.loop.health import StoreSummary
@@ -24,9 +23,9 @@ from rosoclingo.loop.loop import LoopSnapshot
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.snapshot import remade
 from rosoclingo.store import commands as planner_commands
-from rosoclingo.store.database import MISFITS, Database, Rows, log_put_aside
+from rosoclingo.store.database import MISFITS, Database, Rows
 from rosoclingo.store.fields import ChangedRows, read
-from rosoclingo.store.loss import describe, summarize
+from rosoclingo.store.folder import FRESH
 
 _RUN, _STATE, _GOAL = "run", "state", "goal"
 _INPUT, _JOURNAL, _OUT = "input", "journal", "out"
@@ -63,16 +62,15 @@ class Changes:
 
 
 class Store:
-    """A run, stored in a file. Thread-safe.
+    """A run, stored in a folder. Thread-safe.
 
     Attributes:
         goals: The goals that were known when it was opened, and may be of interest, by their ids.
-        ended: Why the run that was in the file has ended; None if it has not, or there was none.
+        ended: Why the run that was in it has ended; None if it has not, or there was none.
         unsure_since: Since when goals have ended of which their clients may not know it, in seconds
             of wall time.
         pause: How long ago the last event in it was when it was opened, in seconds of wall time.
         snapshot: What the loop knew; None if it has not begun.
-        loss: What has been lost of it, in words; empty if nothing was.
     """
 
     def __init__(
@@ -84,12 +82,11 @@ class Store:
         point: Callable[[str], None] = lambda _: None,
         now: Callable[[], float] = time.time,
     ) -> None:
-        """Opens a file, or makes it. A run in it that has ended is removed.
+        """Opens a store, or makes it. A run in it that has ended is removed.
 
         Args:
-            path: The file.
+            path: Its folder.
             lossy: Whether it goes on with what is there if acknowledged transactions are missing.
-                A log that does not belong to the file is put aside then.
             most_pages: How many pages of 4 KiB it may have; 0 for as many as there is room for.
             point: Called before and after whatever matters, see :class:`Database`.
             now: Returns the wall time, in seconds.
@@ -99,12 +96,9 @@ class Store:
         """
         self.point = point
         self._now = now
-        self._open_goals: Dict[str, str] = {}  # their requests, by their ids
-        self.loss = ""
-        self._database = self._open(lossy, path, most_pages=most_pages, point=point)
+        self._database = Database(path, lossy=lossy, most_pages=most_pages, point=point)
         self._fields = ChangedRows(LoopSnapshot)
         try:
-            self._see_losses(lossy)
             records = self.records
             self.unsure_since = _unsure_since(records)
             self.pause = now() - max((record.seconds for record in records), default=0.0)
@@ -113,42 +107,12 @@ class Store:
                 self._clear()
             self.goals = self._read_goals()
             self._goals = dict(self.goals)  # as they are now
-            self._open_goals = _open_ones(self.goals)
             self._events = list(self._database.read(_JOURNAL))
             self.snapshot = self._read_snapshot()
         except BaseException:
             self.close()
             raise
         self._gone = deque(goal.id for goal in self.ended_goals)
-
-    def _open(self, lossy: bool, path: Path, **parameters: Any) -> Database:
-        """Opens the file, without its log if that is not its own."""
-        make = partial(Database, path, details=lambda: summarize(self._open_goals), **parameters)
-        try:
-            return make()
-        except DamagedStoreError as err:
-            if not lossy:
-                raise
-            damage = err
-        with log_put_aside(path) as aside:
-            database = make()
-        self.loss = f"{damage}: the log is now {aside}. "
-        return database
-
-    def _see_losses(self, lossy: bool) -> None:
-        """Refuses a store that has lost transactions, or accepts the loss if that is wanted."""
-        loss = self._database.loss
-        if loss is None:
-            return
-        self._open_goals = _open_ones(self._read_goals())
-        text = f"the store {self.path} is damaged: {describe(loss, self._open_goals)}"
-        if not lossy:
-            raise DamagedStoreError(
-                f"{text}; put back the log, or start with resume:=lossy, which goes on with what "
-                "is there, or with resume:=fresh, which keeps the file aside and begins anew"
-            )
-        self.loss += text
-        self._database.accept_loss()
 
     def _clear(self) -> None:
         """Removes a run that has ended, but for how its last goals did."""
@@ -157,13 +121,18 @@ class Store:
                 rows.clear(part)
 
     def close(self) -> None:
-        """Closes the file; may be called twice."""
+        """Closes the database; may be called twice."""
         self._database.close()
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """The folder."""
         return self._database.path
+
+    @property
+    def loss(self) -> str:
+        """What was lost of it when it was opened, and was accepted; empty if nothing was."""
+        return self._database.loss
 
     @property
     def failure(self) -> Optional[StoreError]:
@@ -171,7 +140,7 @@ class Store:
         return self._database.failure
 
     def summary(self, *, is_unsure: bool) -> StoreSummary:
-        """Returns a summary of the file for diagnostics.
+        """Returns a summary of the store for diagnostics.
 
         Args:
             is_unsure: Whether it is still unconfirmed that the run in it goes on.
@@ -196,8 +165,7 @@ class Store:
         except MISFITS as err:
             raise StoreError(
                 f"the store {self.path} was written by another version of rosoclingo: "
-                f"{shorten(str(err))}; start that one, or start with resume:=fresh, which keeps "
-                "the file aside"
+                f"{shorten(str(err))}; start that one, or {FRESH}"
             ) from err
 
     def _read_goals(self) -> Dict[str, KnownGoal]:
@@ -276,7 +244,7 @@ class Store:
         if differs:
             raise StoreError(
                 f"the store {self.path} is of a run with something else: {'; '.join(differs)}; "
-                "start with that, or start with resume:=fresh, which keeps the file aside"
+                f"start with that, or {FRESH}"
             )
 
     def add(self, *items: Item) -> List[int]:
@@ -343,10 +311,6 @@ class Store:
 
     def _put(self, rows: Rows, goal: KnownGoal) -> None:
         self._goals[goal.id] = goal
-        if goal.status.is_terminal:
-            self._open_goals.pop(goal.id, None)
-        else:
-            self._open_goals[goal.id] = goal.request
         rows.put(_GOAL, goal.id, json.dumps(dataclasses.astuple(goal)[1:]))
 
     def _write_records(self, rows: Rows, records: Sequence[Entry]) -> None:
@@ -375,11 +339,6 @@ class Store:
 def _goal(identifier: str, text: str) -> KnownGoal:
     names = [field.name for field in dataclasses.fields(KnownGoal)]
     return remade(KnownGoal, dict(zip(names, [identifier, *json.loads(text)])))
-
-
-def _open_ones(goals: Mapping[str, KnownGoal]) -> Dict[str, str]:
-    """Returns the requests of the goals that have not ended, by their ids."""
-    return {key: goal.request for key, goal in goals.items() if not goal.status.is_terminal}
 
 
 def _unsure_since(records: Sequence[Entry]) -> float:
