@@ -18,7 +18,7 @@ import xmlrpc.client
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -34,6 +34,7 @@ from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.loop.journal import (
     ARRIVALS,
     ActionPublished,
+    ActionRetried,
     AnswerArrived,
     CancelArrived,
     CommandDone,
@@ -131,6 +132,14 @@ class Link:
 class Nodes(TaskWorld):
     """A world whose nodes are killed now and then."""
 
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._retried: Dict[str, ActionRetried] = {}  # actions before their next try
+
+    @property
+    def _pausing(self) -> Sequence[Any]:
+        return list(self._retried.values())
+
     def run(self, nodes: List[str]) -> None:
         """Goes on until all goals have ended, or nothing comes any more."""
         link = Link(self._requests)
@@ -179,7 +188,12 @@ class Nodes(TaskWorld):
                 self._put(event.goal, event.slot)
             self._see(event)
             self.clients[event.goal].words.append(event.status.value)
+        elif isinstance(event, ActionRetried):
+            self._retried[event.actuator] = event
+            if event.action.startswith("go("):
+                self.physics.try_again(event.actuator, event.action)
         elif isinstance(event, ActionPublished) and event.actuator != "solver":
+            self._retried.pop(event.actuator, None)
             self.effects.append((event.actuator, event.action))
             self.physics.begin(event.actuator, event.action)
 
