@@ -49,6 +49,7 @@ MODE = "dynamic.incremental.dyn_reset"
 SEEDS = int(os.environ.get("SEEDS", "5"))
 REQUESTS, GAP = 60, 4.0  # the gap is in seconds, on average
 CANCELED, FAILING, AGAIN = 0.05, 0.05, 0.5  # of requests, of actions, and of these when tried again
+LUCK = 30  # seconds for which an action of a kind fails, or not
 LONGER = 1.08  # times the mean wait of plans from nothing
 TABLES = {"t1": "hall", "t2": "hall", "t3": "bar", "t4": "bar", "t5": "aisle", "t6": "aisle",
           "t7": "terrace", "t8": "terrace"}  # fmt: skip
@@ -93,18 +94,28 @@ class Restaurant(SimulatedSystem):
     """A simulation in which the numbers of inputs are seconds, and some actions fail."""
 
     def __init__(self, make: Callable[..., Loop], inputs: Sequence[Input], seed: int) -> None:
-        """Makes the loop; the seed determines which of each waiter's actions fail."""
-        self._chances = {waiter: random.Random(f"{seed} {waiter}") for waiter in STARTS}
-        self._failed: Dict[str, str] = {}  # the action with which a waiter has failed last
+        """Makes the loop; the seed determines which actions fail, and when."""
+        self._seed = seed
+        # The action with which a waiter has failed last, when it first did, and how often.
+        self._failed: Dict[str, Tuple[str, float, int]] = {}
         super().__init__(
             make, inputs, self._outcome, improves=False, most_steps=5000, patience=-1.0
         )
 
     def _outcome(self, waiter: str, action: str) -> str:
-        is_again = self._failed.pop(waiter, "") == action
-        if self._chances[waiter].random() >= (AGAIN if is_again else FAILING):
+        """Draws whether an action fails, by what it is and when: both plans have the same luck.
+
+        Else, what differs most is on which way a move fails so often that it is blocked.
+        """
+        before, since, failures = self._failed.pop(waiter, ("", 0.0, 0))
+        if before != action:
+            since, failures = self.clock, 0
+        what = action if _GO.fullmatch(action) else f"{waiter} {action.partition('(')[0]}"
+        chance = random.Random(f"{self._seed} {what} {since // LUCK}")
+        draws = [chance.random() for _ in range(failures + 1)]
+        if draws[0] >= FAILING or max(draws[1:], default=0.0) >= AGAIN:
             return SUCCESS
-        self._failed[waiter] = action
+        self._failed[waiter] = action, since, failures + 1
         return FAILURE
 
     def own_moments(self) -> List[float]:
