@@ -39,7 +39,7 @@ FLOORS = {
     ],
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation", "observation",
-        "ledger", "execution", "interface",
+        "ledger", "served_goals", "execution", "interface",
         "faulty_actions", "executor", "retransmitter", "ros", "node",
     ],
     "rosoclingo_console": ["model", "web", "bag_console", "ros"],
