@@ -14,7 +14,7 @@ from hypothesis.strategies import SearchStrategy
 from PIL import Image
 
 from fuzzing import Door
-from rosoclingo_interfaces.errors import ObservationError, WaypointError
+from rosoclingo_interfaces.errors import EntryError, WaypointError
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_interfaces.observation.observers import read_observers
 from rosoclingo_interfaces.observation.transforms import TransformTree
@@ -262,7 +262,7 @@ def doors() -> List[Door]:
             "observers",
             _OBSERVERS,
             lambda file: read_observers(file, TransformTree()),
-            ObservationError,
+            EntryError,
         ),
         YamlDoor("faults", _FAULTS, _faults, FaultError),
         YamlDoor("worlds", _WORLDS, read_world, WorldError),

@@ -9,7 +9,7 @@ from typing import Any, List, Mapping, Optional, Sequence
 
 import pytest
 
-from rosoclingo_interfaces.errors import ObservationError, ReadingError
+from rosoclingo_interfaces.errors import EntryError, ReadingError
 from rosoclingo_interfaces.observation.observer import Observer
 from rosoclingo_interfaces.observation.observers import read_observers
 from rosoclingo_interfaces.observation.transforms import MOST_FRAMES, TransformTree
@@ -197,7 +197,7 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
     ],
 )  # fmt: skip
 def test_each_mistake_is_refused_by_line(clock: Clock, text: str, line: int, message: str) -> None:
-    with pytest.raises(ObservationError) as raised:
+    with pytest.raises(EntryError) as raised:
         clock.read(text)
     said = str(raised.value)
     assert len(said) < 3000
@@ -206,13 +206,13 @@ def test_each_mistake_is_refused_by_line(clock: Clock, text: str, line: int, mes
 
 
 def test_files_that_cannot_be_read(clock: Clock) -> None:
-    with pytest.raises(ObservationError, match="cannot read the file of observers"):
+    with pytest.raises(EntryError, match="cannot read the file of observers"):
         read_observers(clock.folder / "none.yaml", clock.tree)
     (clock.folder / "deep.yaml").write_text("[" * 1500)
-    with pytest.raises(ObservationError, match="nested too deeply"):
+    with pytest.raises(EntryError, match="nested too deeply"):
         read_observers(clock.folder / "deep.yaml", clock.tree)
     (clock.folder / "bytes.yaml").write_bytes(b"\xff")
-    with pytest.raises(ObservationError, match="cannot read the file of observers"):
+    with pytest.raises(EntryError, match="cannot read the file of observers"):
         read_observers(clock.folder / "bytes.yaml", clock.tree)
 
 
@@ -252,7 +252,7 @@ def test_fields_are_checked_against_types(
     if not message:
         observer.check(kind, TYPES.get)
         return
-    with pytest.raises(ObservationError) as raised:
+    with pytest.raises(EntryError) as raised:
         observer.check(kind, TYPES.get)
     assert f"observers.yaml, line 5: field: {field}" in str(raised.value)
     assert message in str(raised.value)
@@ -261,14 +261,14 @@ def test_fields_are_checked_against_types(
 def test_types_of_poses_and_ways_are_checked(clock: Clock) -> None:
     lines = ["topic: t", "tell: at(W)", "nearest_waypoint: {waypoints: places.yaml, within: 1}"]
     clock.observer(*lines).check("nav_msgs/Odometry", TYPES.get)
-    with pytest.raises(ObservationError, match="line 2: std_msgs/Bool is none of geometry_msgs/"):
+    with pytest.raises(EntryError, match="line 2: std_msgs/Bool is none of geometry_msgs/"):
         clock.observer(*lines).check("std_msgs/Bool", TYPES.get)
     clock.observer(*lines, "field: poses[0]").check("some_msgs/Places", TYPES.get)
-    with pytest.raises(ObservationError, match=r"line 5: field: poses of .*Pose\[\]; geometry"):
+    with pytest.raises(EntryError, match=r"line 5: field: poses of .*Pose\[\]; geometry"):
         clock.observer(*lines, "field: poses").check("some_msgs/Places", TYPES.get)
     way = clock.observer("topic: t", "tell: x", "closed: {waypoints: places.yaml, from: a, to: b}")
     way.check("sensor_msgs/LaserScan", TYPES.get)
-    with pytest.raises(ObservationError, match="line 2: closed needs a topic of sensor_msgs/Laser"):
+    with pytest.raises(EntryError, match="line 2: closed needs a topic of sensor_msgs/Laser"):
         way.check("std_msgs/Bool", TYPES.get)
 
 
@@ -359,7 +359,7 @@ def test_a_covariance(clock: Clock) -> None:
 def test_a_way_that_is_too_long(clock: Clock) -> None:
     far = PLACES.replace("y: 4", "y: 90000")
     (clock.folder / "places.yaml").write_text(far)
-    with pytest.raises(ObservationError, match=r"closed: from and to are more than 1000 m apart"):
+    with pytest.raises(EntryError, match=r"closed: from and to are more than 1000 m apart"):
         clock.observer("topic: t", "tell: x", "closed: {waypoints: places.yaml, from: a, to: c(1)}")
 
 

@@ -17,7 +17,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Optional, Pattern, Union
 
-from rosoclingo_interfaces.errors import ObservationError, ReadingError
+from rosoclingo_interfaces.errors import EntryError, ReadingError
 from rosoclingo_interfaces.observation.fields import FieldPath, Slots
 
 Reading = Optional[str]
@@ -58,7 +58,7 @@ class RangeCondition:
         """Checks that a type of messages has such a field.
 
         Raises:
-            ObservationError: It has not.
+            EntryError: It has not.
         """
         _expect(self.field, message, slots, _NUMBERS, "a number")
 
@@ -99,7 +99,7 @@ class PatternCondition:
         """Checks that a type of messages has such a field.
 
         Raises:
-            ObservationError: It has not.
+            EntryError: It has not.
         """
         _expect(self.field, message, slots, _KINDS[str], "a text")
 
@@ -131,7 +131,7 @@ class EqualsCondition:
         """Checks that a type of messages has such a field.
 
         Raises:
-            ObservationError: It has not.
+            EntryError: It has not.
         """
         name = {bool: "a truth value", int: "an integer", str: "a text"}[type(self.value)]
         _expect(self.field, message, slots, _KINDS[type(self.value)], name)
@@ -159,7 +159,7 @@ class CovarianceCondition:
         """Checks that a type of messages has such a field.
 
         Raises:
-            ObservationError: It has not.
+            EntryError: It has not.
         """
         _expect(self.field, message, slots, _COVARIANCES, "a covariance matrix")
 
@@ -210,6 +210,6 @@ def _expect(field: FieldPath, message: str, slots: Slots, kinds: Any, name: str)
     kind = field.kind(message, slots)
     if kind not in kinds:
         lists = " (write [*] behind a list for each of its entries)" if "[" in kind else ""
-        raise ObservationError(
+        raise EntryError(
             f"field: {field.text or 'the message'} of {message} is {kind}; {name} is needed{lists}"
         )

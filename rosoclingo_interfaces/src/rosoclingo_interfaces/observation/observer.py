@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Optional, Tuple, Union
 
-from rosoclingo_interfaces.errors import ObservationError
+from rosoclingo_interfaces.errors import EntryError
 from rosoclingo_interfaces.observation.closed_way import ClosedWay
 from rosoclingo_interfaces.observation.conditions import (
     CovarianceCondition,
@@ -62,11 +62,11 @@ class Observer:
         """Checks the condition against the type of the topic's messages.
 
         Raises:
-            ObservationError: They do not fit; the message names the line.
+            EntryError: They do not fit; the message names the line.
         """
         try:
             self.condition.check(message, slots)
-        except ObservationError as err:
+        except EntryError as err:
             raise self.entry.wrong(err, "field") from err
 
     def hear(self, message: Any, now: float) -> None:

@@ -16,7 +16,7 @@ from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo.loop.values.ids import RESERVED
 from rosoclingo.loop.words import INFO
-from rosoclingo_interfaces.errors import ObservationError, WaypointError
+from rosoclingo_interfaces.errors import EntryError, WaypointError
 from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
 from rosoclingo_interfaces.observation.closed_way import ClosedWay
 from rosoclingo_interfaces.observation.conditions import (
@@ -48,7 +48,7 @@ def read_observers(file: Path, transforms: TransformTree) -> List[Observer]:
         transforms: By which the observers take poses to the waypoints' frame.
 
     Raises:
-        ObservationError: Something in it is wrong; the message names the line.
+        EntryError: Something in it is wrong; the message names the line.
     """
     whole = read_entry(file)
     whole.check_keys(("observers",), ("observers",))
@@ -114,7 +114,7 @@ class _Builder:
     def _template(self, key: str, has_waypoint: bool) -> TermTemplate:
         try:
             return TermTemplate.parse(self._entry.text(key), has_waypoint)
-        except ObservationError as err:
+        except EntryError as err:
             raise self._entry.wrong(f"{key}: {err}", key) from err
 
     def _source(self) -> str:
@@ -129,7 +129,7 @@ class _Builder:
     def _field(self, default: str) -> FieldPath:
         try:
             return FieldPath.parse(self._entry.text("field", default))
-        except ObservationError as err:
+        except EntryError as err:
             raise self._entry.wrong(err, "field") from err
 
     def _range(self) -> RangeCondition:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
-from rosoclingo_interfaces.errors import ObservationError
+from rosoclingo_interfaces.errors import EntryError
 
 PLACE_VARIABLE = "W"
 """The variable that stands for the waypoint."""
@@ -38,21 +38,21 @@ class TermTemplate:
             has_waypoint: Whether it has to have the variable ``W``, or must not have it.
 
         Raises:
-            ObservationError: It is no term, or has other variables.
+            EntryError: It is no term, or has other variables.
         """
         template = cls(text)
         uses = any(match[0] == PLACE_VARIABLE for match in _TOKEN.finditer(text))
         try:
             parse_term(template.fill("c3"))
         except TermError as err:
-            raise ObservationError(f"{quote(text)} cannot be told: {err}") from err
+            raise EntryError(f"{quote(text)} cannot be told: {err}") from err
         if uses and not has_waypoint:
-            raise ObservationError(
+            raise EntryError(
                 f"{quote(text)}: {PLACE_VARIABLE} stands for a waypoint in tell of "
                 "nearest_waypoint only"
             )
         if has_waypoint and not uses:
-            raise ObservationError(
+            raise EntryError(
                 f"{quote(text)} does not say which waypoint: write {PLACE_VARIABLE} for it, such "
                 f"as at(mailbot,{PLACE_VARIABLE})"
             )

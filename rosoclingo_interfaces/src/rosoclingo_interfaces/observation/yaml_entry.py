@@ -11,7 +11,7 @@ import yaml
 
 from rosclingo import strict_yaml
 from rosclingo.solver.terms import quote
-from rosoclingo_interfaces.errors import ObservationError
+from rosoclingo_interfaces.errors import EntryError
 
 _TAG = "tag:yaml.org,2002:"
 _TRUTH_VALUES = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
@@ -21,19 +21,19 @@ def read_entry(file: Path) -> YamlEntry:
     """Returns the mapping that a YAML file is.
 
     Raises:
-        ObservationError: The file cannot be read, is no YAML, or is no mapping.
+        EntryError: The file cannot be read, is no YAML, or is no mapping.
     """
     try:
         node = strict_yaml.compose(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as err:
-        raise ObservationError(f"cannot read the file of observers {file}: {err}") from err
+        raise EntryError(f"cannot read the file of observers {file}: {err}") from err
     except yaml.MarkedYAMLError as err:
         line = "" if err.problem_mark is None else f", line {err.problem_mark.line + 1}"
-        raise ObservationError(f"{file}{line}: it is no YAML: {err.problem}") from err
+        raise EntryError(f"{file}{line}: it is no YAML: {err.problem}") from err
     except yaml.YAMLError as err:
-        raise ObservationError(f"{file}: it is no YAML: {err}") from err
+        raise EntryError(f"{file}: it is no YAML: {err}") from err
     if node is None:
-        raise ObservationError(f"{file}, line 1: the file is empty; it needs the key observers")
+        raise EntryError(f"{file}, line 1: the file is empty; it needs the key observers")
     return YamlEntry(file, node)
 
 
@@ -69,7 +69,7 @@ class YamlEntry:
         """The line where it begins, from 1 on."""
         return int(self.node.start_mark.line) + 1
 
-    def wrong(self, reason: object, key: str = "") -> ObservationError:
+    def wrong(self, reason: object, key: str = "") -> EntryError:
         """Returns the error about a key's value, or about the whole mapping."""
         return self._wrong_at(self._nodes[key][0] if key in self._nodes else self.node, reason)
 
@@ -80,7 +80,7 @@ class YamlEntry:
         """Checks the names of the keys.
 
         Raises:
-            ObservationError: One is unknown, or a needed one is not there.
+            EntryError: One is unknown, or a needed one is not there.
         """
         for key in self._nodes:
             if key not in known:
@@ -94,7 +94,7 @@ class YamlEntry:
         """Returns a text that is not empty, or the default if the key is not there.
 
         Raises:
-            ObservationError: It is something else.
+            EntryError: It is something else.
         """
         if key not in self:
             return default
@@ -107,7 +107,7 @@ class YamlEntry:
         """Returns a finite number, which is not negative if it has a unit.
 
         Raises:
-            ObservationError: It is something else.
+            EntryError: It is something else.
         """
         if key not in self:
             return default
@@ -125,7 +125,7 @@ class YamlEntry:
         """Returns a truth value, an integer or a text; a text in quotes may be empty.
 
         Raises:
-            ObservationError: It is something else.
+            EntryError: It is something else.
         """
         node = self._nodes[key][1]
         if not isinstance(node, yaml.ScalarNode):
@@ -146,7 +146,7 @@ class YamlEntry:
         """Returns the mapping of a key.
 
         Raises:
-            ObservationError: It is something else.
+            EntryError: It is something else.
         """
         return YamlEntry(self.file, self._nodes[key][1], key)
 
@@ -154,12 +154,12 @@ class YamlEntry:
         """Returns the mappings of a list.
 
         Raises:
-            ObservationError: It is something else, or empty.
+            EntryError: It is something else, or empty.
         """
         node = self._nodes[key][1]
         if not isinstance(node, yaml.SequenceNode) or not node.value:
             raise self.wrong(f"{key}: expected a list with one entry or more", key)
         return [YamlEntry(self.file, one) for one in node.value]
 
-    def _wrong_at(self, node: Any, reason: object) -> ObservationError:
-        return ObservationError(f"{self.file}, line {node.start_mark.line + 1}: {reason}")
+    def _wrong_at(self, node: Any, reason: object) -> EntryError:
+        return EntryError(f"{self.file}, line {node.start_mark.line + 1}: {reason}")

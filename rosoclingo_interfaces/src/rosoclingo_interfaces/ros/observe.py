@@ -209,7 +209,7 @@ def _class_of(name: str, observers: Sequence[Observer], actual: str) -> Any:
         actual: The type that the master knows; empty if it knows none.
 
     Raises:
-        ObservationError: There is no such type, or it does not fit.
+        EntryError: There is no such type, or it does not fit.
     """
     named = {one.type: one for one in observers if one.type}
     if actual:
