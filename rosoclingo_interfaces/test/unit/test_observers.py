@@ -172,7 +172,13 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
         (HEAD + "  silent: 1\n  else: x", 5, "else: expected another term than that of tell"),
         (HEAD + "  silent: 1\n  else: y(W)", 5, "else: 'y(W)': W stands for a waypoint in tell"),
         (HEAD + "  silent: 1\n  else: 'y('", 5, "else: 'y(' cannot be told"),
-        ("observers:\n- topic: t\n  tell: x(V)\n  silent: 1", 3, "tell: 'x(V)' cannot be told"),
+        ("observers:\n- topic: t\n  tell: x(U)\n  silent: 1", 3, "tell: 'x(U)' cannot be told"),
+        ("observers:\n- topic: t\n  tell: x(V)\n  silent: 1", 3, "V stands for a value in tell of"),
+        (HEAD + "  value: {}", 3, "does not say which value: write V for it, such as battery(V)"),
+        (HEAD.replace("x", "x(V)") + "  value: 1", 4, "value: expected a mapping"),
+        (HEAD.replace("x", "x(V)") + "  value: {steps: 1}", 4, "unknown key 'steps'; there"),
+        (HEAD.replace("x", "x(V)") + "  value: {step: 0.5}", 4, "step: expected an integer from 1"),
+        (HEAD.replace("x", "x(V)") + "  value: {}\n  else: y", 5, "else: a value does not end"),
         (HEAD + "  pattern: '('", 4, "pattern: expected a regular expression: '('"),
         (HEAD + "  range: 3", 4, "range: expected a mapping"),
         (HEAD + "  range: {}", 4, "range: expected below, or above, or from and to"),
@@ -554,3 +560,33 @@ def test_terms_that_an_encoding_does_not_know(clock: Clock) -> None:
     assert "'info:at(robot,a)', 'info:at(robot,b)', 'info:at(robot,c(1))'" in warning
     assert "the nearest that it knows is 'info:at(mailbot,a)'" in warning
     assert len(list(unknown_terms(observers, []))) == 2
+
+
+def test_values(clock: Clock) -> None:
+    """Terms have numbers, truth values and texts of messages in them."""
+    percent = clock.observer(
+        "topic: t", "tell: battery(V)", "field: percentage",
+        "value: {times: 100, step: 5, hysteresis: 1}", "rate: 0",
+    )  # fmt: skip
+    percent.check("sensor_msgs/BatteryState", TYPES.get)
+    said = [clock.tells(percent, SimpleNamespace(percentage=part)) for part in
+            (0.91, 0.89, 0.87, 0.86, 0.85, 1.0)]  # fmt: skip
+    assert said == ["battery(90)", None, None, "battery(85)", None, "battery(100)"]
+    for value in (math.nan, math.inf, 3e9):
+        with pytest.raises(ReadingError, match="makes no integer"):
+            percent.hear(SimpleNamespace(percentage=value), clock.now)
+    with pytest.raises(EntryError, match=r"data of std_msgs/String is string; a number is needed"):
+        clock.observer("topic: t", "tell: x(V)", "value: {times: 2}").check(
+            "std_msgs/String", TYPES.get
+        )
+    seen = clock.observer("topic: t", "tell: seen(cam,V)", "value: {}", "rate: 0")
+    for kind in ("Bool", "String", "Int32"):
+        seen.check(f"std_msgs/{kind}", TYPES.get)
+    for value, term in (
+        ("box(3)", "box(3)"), ("The box", '"The box"'), ('a"b', '"a\\"b"'), (True, "true"),
+        (-7, "-7"), ("V", '"V"'), ("", '""'),
+    ):  # fmt: skip
+        assert clock.tells(seen, data(value)) == f"seen(cam,{term})"
+    with pytest.raises(ReadingError, match="more than 1000 characters"):
+        seen.hear(data("x" * 1001), clock.now)
+    assert list(unknown_terms([seen], ["info:other"])) == []

@@ -13,6 +13,7 @@ from rosoclingo_interfaces.observation.conditions import (
     PatternCondition,
     RangeCondition,
     SilenceCondition,
+    ValueCondition,
 )
 from rosoclingo_interfaces.observation.fields import Slots
 from rosoclingo_interfaces.observation.places import NearestWaypoint
@@ -20,8 +21,8 @@ from rosoclingo_interfaces.observation.teller import Teller
 from rosoclingo_interfaces.observation.yaml_entry import YamlEntry
 
 Condition = Union[
-    RangeCondition, PatternCondition, EqualsCondition, CovarianceCondition, SilenceCondition,
-    NearestWaypoint, ClosedWay,
+    RangeCondition, PatternCondition, EqualsCondition, ValueCondition, CovarianceCondition,
+    SilenceCondition, NearestWaypoint, ClosedWay,
 ]  # fmt: skip
 
 
@@ -36,7 +37,7 @@ class Observer:
         source: The id with which terms are told.
         condition: What has to hold.
         teller: When which term is told.
-        terms: All terms that it can tell.
+        terms: All terms that it can tell; empty if they depend on a value.
     """
 
     entry: YamlEntry

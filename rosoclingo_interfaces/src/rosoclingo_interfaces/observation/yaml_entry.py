@@ -17,8 +17,13 @@ _TAG = "tag:yaml.org,2002:"
 _TRUTH_VALUES = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 
 
-def read_entry(file: Path) -> YamlEntry:
+def read_entry(file: Path, what: str, needed: str) -> YamlEntry:
     """Returns the mapping that a YAML file is.
+
+    Args:
+        file: Where it is.
+        what: What it is called in errors.
+        needed: A key that it needs, for the same.
 
     Raises:
         EntryError: The file cannot be read, is no YAML, or is no mapping.
@@ -26,14 +31,14 @@ def read_entry(file: Path) -> YamlEntry:
     try:
         node = strict_yaml.compose(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as err:
-        raise EntryError(f"cannot read the file of observers {file}: {err}") from err
+        raise EntryError(f"cannot read {what} {file}: {err}") from err
     except yaml.MarkedYAMLError as err:
         line = "" if err.problem_mark is None else f", line {err.problem_mark.line + 1}"
         raise EntryError(f"{file}{line}: it is no YAML: {err.problem}") from err
     except yaml.YAMLError as err:
         raise EntryError(f"{file}: it is no YAML: {err}") from err
     if node is None:
-        raise EntryError(f"{file}, line 1: the file is empty; it needs the key observers")
+        raise EntryError(f"{file}, line 1: the file is empty; it needs the key {needed}")
     return YamlEntry(file, node)
 
 
