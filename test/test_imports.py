@@ -40,7 +40,7 @@ FLOORS = {
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation", "observation",
         "ledger", "served_goals", "execution", "interface",
-        "faulty_actions", "executor", "retransmitter", "ros", "node",
+        "adapters", "faulty_actions", "executor", "retransmitter", "ros", "node",
     ],
     "rosoclingo_console": ["model", "web", "bag_console", "ros"],
     "rosoclingo_examples": ["orders", "line_words", "ros"],

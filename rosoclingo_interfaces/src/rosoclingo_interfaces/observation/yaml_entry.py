@@ -63,10 +63,10 @@ class YamlEntry:
             raise self.wrong(f"{what}expected a mapping, such as {{key: value}}")
         for key, value in self.node.value:
             if not isinstance(key, yaml.ScalarNode):
-                raise self._wrong_at(key, "expected a name as the key")
+                raise self.wrong_at(key, "expected a name as the key")
             name = str(key.value)
             if name in self._nodes:
-                raise self._wrong_at(key, f"{name} is there twice; remove one")
+                raise self.wrong_at(key, f"{name} is there twice; remove one")
             self._nodes[name] = key, value
 
     @property
@@ -76,10 +76,23 @@ class YamlEntry:
 
     def wrong(self, reason: object, key: str = "") -> EntryError:
         """Returns the error about a key's value, or about the whole mapping."""
-        return self._wrong_at(self._nodes[key][0] if key in self._nodes else self.node, reason)
+        return self.wrong_at(self._nodes[key][0] if key in self._nodes else self.node, reason)
 
     def __contains__(self, key: str) -> bool:
         return key in self._nodes
+
+    @property
+    def keys(self) -> List[str]:
+        """The keys, in the order of the file."""
+        return list(self._nodes)
+
+    def is_scalar(self, key: str) -> bool:
+        """Returns whether a key's value is neither a list nor a mapping."""
+        return isinstance(self._nodes[key][1], yaml.ScalarNode)
+
+    def value(self, key: str) -> yaml.Node:
+        """Returns what PyYAML has composed of a key's value."""
+        return self._nodes[key][1]
 
     def check_keys(self, known: Collection[str], needed: Collection[str] = ()) -> None:
         """Checks the names of the keys.
@@ -107,6 +120,41 @@ class YamlEntry:
         if not isinstance(node, yaml.ScalarNode) or not node.value:
             raise self.wrong(f"{key}: expected a text", key)
         return str(node.value)
+
+    def texts(self, key: str) -> List[str]:
+        """Returns the texts of a list, or the one that stands in its place.
+
+        Raises:
+            EntryError: It is something else, or empty.
+        """
+        node = self._nodes[key][1]
+        nodes = node.value if isinstance(node, yaml.SequenceNode) else [node]
+        texts = [one.value for one in nodes if isinstance(one, yaml.ScalarNode) and one.value]
+        if not nodes or len(texts) < len(nodes):
+            raise self.wrong(f"{key}: expected a list of texts", key)
+        return texts
+
+    def literal(self, key: str) -> str:
+        """Returns the text of a number, a truth value or a text, which may be empty in quotes.
+
+        Raises:
+            EntryError: It is something else.
+        """
+        node = self._nodes[key][1]
+        if not isinstance(node, yaml.ScalarNode) or node.tag == f"{_TAG}null":
+            raise self.wrong(f"{key}: expected a number or a text", key)
+        return str(node.value)
+
+    def flag(self, key: str) -> bool:
+        """Returns a truth value; False if the key is not there.
+
+        Raises:
+            EntryError: It is something else.
+        """
+        value = self.scalar(key) if key in self else False
+        if not isinstance(value, bool):
+            raise self.wrong(f"{key}: expected true or false", key)
+        return value
 
     def number(self, key: str, default: float = 0.0, unit: str = "") -> float:
         """Returns a finite number, which is not negative if it has a unit.
@@ -166,5 +214,6 @@ class YamlEntry:
             raise self.wrong(f"{key}: expected a list with one entry or more", key)
         return [YamlEntry(self.file, one) for one in node.value]
 
-    def _wrong_at(self, node: Any, reason: object) -> EntryError:
+    def wrong_at(self, node: Any, reason: object) -> EntryError:
+        """Returns the error about a part of the file that PyYAML has composed."""
         return EntryError(f"{self.file}, line {node.start_mark.line + 1}: {reason}")

@@ -45,7 +45,7 @@ class GoalEnd:
 
 
 class ServerClient:
-    """Has an action server reach goals, one after the other. One thread at a time may use it.
+    """Has an action server reach goals. Several threads may use it, each for a goal of its own.
 
     Make it after the node is initialised.
 
