@@ -358,23 +358,22 @@ class _ActionReader:
         rules = read_rules(
             entry, "answers", received, self._slots, has_state=kind is TargetKind.SERVER
         )
-        line = entry.line
         if kind is TargetKind.SERVER:
             return [
                 *rules,
-                AnswerRule(line, SUCCESS, state=STATES[0]),
-                AnswerRule(line, FAILURE),
+                AnswerRule(0, SUCCESS, state=STATES[0]),
+                AnswerRule(0, FAILURE),
             ]
         if kind is TargetKind.SERVICE:
             if (self._slots(received) or {}).get("success") == "bool":  # as std_srvs has it
                 said = EqualsCondition(FieldPath.parse("success"), value=False)
-                rules.append(AnswerRule(line, FAILURE, condition=said))
-            return [*rules, AnswerRule(line, SUCCESS)]
+                rules.append(AnswerRule(0, FAILURE, condition=said))
+            return [*rules, AnswerRule(0, SUCCESS)]
         if "until" not in entry:
-            return [AnswerRule(line, SUCCESS)]
+            return [AnswerRule(0, SUCCESS)]
         condition = read_condition(entry.inner("until"), received, self._slots)
         if condition is not None:
-            rules.append(AnswerRule(line, SUCCESS, condition=condition))
+            rules.append(AnswerRule(0, SUCCESS, condition=condition))
         if not rules:
             raise entry.wrong(
                 "until: expected a condition of "
@@ -426,5 +425,5 @@ def unknown_answers(adapter: AdapterFile, answers: Mapping[str, Sequence[str]]) 
         for actuator in sorted(ours)
         for one in adapter.actions
         for rule in one.rules
-        if rule.line != one.entry.line and rule.answer not in answers[actuator]
+        if rule.line and rule.answer not in answers[actuator]
     ]

@@ -24,7 +24,7 @@ class AnswerRule:
     """An answer, and when it is given.
 
     Attributes:
-        line: Where it is in the file.
+        line: Where it is in the file; 0 if it holds without being there.
         answer: The answer, a term.
         state: In which state a goal has to end; empty for any.
         condition: What has to hold of the message; None for anything.

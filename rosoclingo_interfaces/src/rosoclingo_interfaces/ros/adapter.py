@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import queue
 import threading
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +39,7 @@ from rosoclingo_interfaces.ros.message_types import (
 from rosoclingo_interfaces.ros.node import InterfaceNode, open_in
 from rosoclingo_interfaces.ros.observe import ObserverNode, read_encodings, warn_of_unknown_terms
 from rosoclingo_interfaces.ros.server_client import ServerClient
-from rosoclingo_interfaces.ros.topic_mailbox import TopicMailbox
+from rosoclingo_interfaces.ros.topic_mailbox import MessageQueue, TopicMailbox
 
 # All in wall time.
 _POLL_SECONDS = 0.05  # how often a wait looks at its conditions
@@ -229,14 +228,14 @@ class Adapter(ActionInterface):
             topic.publish(message)
             return run.answer("", None)
         mailbox = self._mailbox(until.name(run.values), until.type)
-        with mailbox.opened() as box:
+        with mailbox.opened() as messages:
             _wait_for_connection(topic, run)
-            _empty(box)  # what came before the message is not about it
+            messages.clear()  # what came before the message is not about it
             if until.takes_last and mailbox.last is not None:
-                box.put(mailbox.last)
+                messages.add(mailbox.last)
             topic.publish(message)
             try:
-                return _await_answer(run, mailbox, box)
+                return _await_answer(run, mailbox, messages)
             except (CanceledError, ActionError):
                 if one.cancel is not None:
                     topic.publish(build(one.type, one.cancel(run.values)))
@@ -317,25 +316,21 @@ def _wait_for_connection(topic: rospy.Publisher, run: _Run) -> None:
         run.pause()
 
 
-def _await_answer(run: _Run, mailbox: TopicMailbox, box: queue.Queue[Any]) -> str:
+def _await_answer(run: _Run, mailbox: TopicMailbox, messages: MessageQueue) -> str:
     """Waits until a message decides about the answer."""
     reminder, check_type = Reminder(), run.type_check(mailbox.name, mailbox.type)
     while True:
-        with contextlib.suppress(queue.Empty, ReadingError):
-            answer = first_answer(run.one.rules, "", box.get(timeout=_POLL_SECONDS))
-            if answer is not None:
-                return answer
+        message = messages.take(_POLL_SECONDS)
+        if message is not None:
+            with contextlib.suppress(ReadingError):
+                answer = first_answer(run.one.rules, "", message)
+                if answer is not None:
+                    return answer
         run.check()
         if not mailbox.has_publisher:
             check_type()
             if reminder.due():
                 rospy.loginfo("waiting for somebody who publishes %s", mailbox.name)
-
-
-def _empty(box: queue.Queue[Any]) -> None:
-    with contextlib.suppress(queue.Empty):
-        while True:
-            box.get_nowait()
 
 
 class AdapterNode:

@@ -3,13 +3,38 @@
 from __future__ import annotations
 
 import contextlib
-import queue
 import threading
-from typing import Any, Iterator, List, Optional
+from collections import deque
+from typing import Any, Deque, Iterator, List, Optional
 
 from rosclingo.ros.low_latency import subscriber
 
 _MOST_WAITING = 1_000  # messages of one action; of more, the oldest are dropped
+
+
+class MessageQueue:
+    """The messages that have come for one action. Thread-safe."""
+
+    def __init__(self) -> None:
+        self._messages: Deque[Any] = deque(maxlen=_MOST_WAITING)
+        self._changed = threading.Condition()
+
+    def add(self, message: Any) -> None:
+        """Adds a message behind the others."""
+        with self._changed:
+            self._messages.append(message)
+            self._changed.notify_all()
+
+    def clear(self) -> None:
+        """Forgets all messages."""
+        with self._changed:
+            self._messages.clear()
+
+    def take(self, seconds: float) -> Optional[Any]:
+        """Takes the first message; None if there is none within some seconds of wall time."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._messages, seconds)
+            return self._messages.popleft() if self._messages else None
 
 
 class TopicMailbox:
@@ -30,7 +55,7 @@ class TopicMailbox:
         self.type: str = kind._type
         self.last: Optional[Any] = None
         self._lock = threading.Lock()  # guards the two others; held for moments only
-        self._boxes: List[queue.Queue[Any]] = []
+        self._queues: List[MessageQueue] = []
         self._subscriber = subscriber(name, kind, self._on_message)
 
     @property
@@ -44,22 +69,19 @@ class TopicMailbox:
         return bool(self._subscriber.get_num_connections())
 
     @contextlib.contextmanager
-    def opened(self) -> Iterator[queue.Queue[Any]]:
+    def opened(self) -> Iterator[MessageQueue]:
         """A context in which messages come into a queue."""
-        box: queue.Queue[Any] = queue.Queue()
+        messages = MessageQueue()
         with self._lock:
-            self._boxes.append(box)
+            self._queues.append(messages)
         try:
-            yield box
+            yield messages
         finally:
             with self._lock:
-                self._boxes.remove(box)
+                self._queues.remove(messages)
 
     def _on_message(self, message: Any) -> None:
         with self._lock:
             self.last = message
-            for box in self._boxes:
-                if box.qsize() >= _MOST_WAITING:
-                    with contextlib.suppress(queue.Empty):
-                        box.get_nowait()
-                box.put(message)
+            for messages in self._queues:
+                messages.add(message)
