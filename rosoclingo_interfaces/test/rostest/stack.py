@@ -8,6 +8,7 @@ from typing import List, Tuple
 
 import rospy
 from actionlib import SimpleActionServer
+from actionlib.msg import TestRequestAction, TestRequestGoal, TestRequestResult
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult
 from std_msgs.msg import Int32, String
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
@@ -26,6 +27,7 @@ class Stack:
         grips: What the gripper was told.
         responses: What it responds next.
         served: What was published when a dish was served.
+        reached: Where the arm was sent; it aborts there with the result that the goal names.
     """
 
     def __init__(self, name: str = "") -> None:
@@ -38,8 +40,11 @@ class Stack:
         self.grips: List[bool] = []
         self.responses: List[SetBoolResponse] = []
         self.served: List[str] = []
+        self.reached: List[TestRequestGoal] = []
         self._server = SimpleActionServer(f"{name}base", MoveBaseAction, self._drive, False)
         self._server.start()
+        self._arm = SimpleActionServer(f"{name}arm", TestRequestAction, self._reach, False)
+        self._arm.start()
         self._door = rospy.Publisher(f"{name}door_d1/state", Int32, queue_size=10)
         self._kept = [
             rospy.Service(f"{name}gripper", SetBool, self._grip),
@@ -67,6 +72,10 @@ class Stack:
             self._server.set_aborted(MoveBaseResult(), "there is a chair in the way")
         else:
             self._server.set_succeeded()
+
+    def _reach(self, goal: TestRequestGoal) -> None:
+        self.reached.append(goal)
+        self._arm.set_aborted(TestRequestResult(goal.the_result, False), "it cannot get there")
 
     def _grip(self, request: SetBoolRequest) -> SetBoolResponse:
         self.grips.append(request.data)

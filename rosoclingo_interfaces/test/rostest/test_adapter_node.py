@@ -126,6 +126,11 @@ class TestAdapter(unittest.TestCase):
         self.assertEqual(answer("pick(1)", "dish(t1)"), "gone")
         stack.states = [1, 9, 2]
         self.assertEqual(answer("open(d1)"), "jammed")
+        for joint, value in ((0, "failure"), (5, "stuck"), (10, "too(far)")):
+            self.assertEqual(answer(f"reach(shelf,{joint})"), value)
+        goal = stack.reached[-1]
+        said = (goal.result_text, goal.the_result, goal.delay_terminate.to_sec())
+        self.assertEqual(said, ("reach shelf", 10, 0.5))
         for action, request, reason in (
             ("go(t7)", "", "there is no place t7 in"),
             ("pick(1)", "", "it names no slot of a goal"),
@@ -134,7 +139,11 @@ class TestAdapter(unittest.TestCase):
             ("open((1,2))", "", "'door_(1,2)/command' is no name of ROS"),
             ("wave", "", "it has taken more than 0.3 s (within, line 38 of adapter.yaml)"),
             ("ring(2)", "", "line 42: fields.data: expected true or false (bool), not '2'"),
-            ("fly(t1)", "", "there are go(W), pick(ID), open(D), put(ID), wave, ring(X)"),
+            (
+                "fly(t1)",
+                "",
+                "there are go(W), pick(ID), open(D), put(ID), wave, ring(X), reach",
+            ),
         ):
             with self.subTest(action=action):
                 self.assertEqual(answer(action, request), "failure")

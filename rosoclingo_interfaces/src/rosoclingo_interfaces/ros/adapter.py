@@ -133,6 +133,7 @@ class Adapter(ActionInterface):
         self._services: Dict[Tuple[str, str], rospy.ServiceProxy] = {}
         self._publishers: Dict[Tuple[str, str], rospy.Publisher] = {}
         self._mailboxes: Dict[Tuple[str, str], TopicMailbox] = {}
+        self._types: Dict[str, str] = {}  # of topics, by their resolved names
         self._open_known()
 
     def observers(self) -> Optional[ObserverNode]:
@@ -291,10 +292,15 @@ class Adapter(ActionInterface):
     ) -> Any:
         with self._lock:
             if (name, kind) not in known:
-                try:
-                    known[name, kind] = make()
-                except rospy.ROSException as err:  # as of two types for one topic
-                    raise ActionError(f"{name}: {err}") from err
+                if known is self._publishers or known is self._mailboxes:
+                    resolved = rospy.resolve_name(name)
+                    other = self._types.setdefault(resolved, kind)
+                    if other != kind:  # ROS would send one of them to nobody
+                        raise ActionError(
+                            f"{resolved} is of the type {other} in another entry, and of {kind} "
+                            "here; correct one of them"
+                        )
+                known[name, kind] = make()
             return known[name, kind]
 
 
