@@ -119,6 +119,7 @@ _TYPES: Mapping[str, Mapping[str, str]] = {
     "a/GoGoal": {
         "pose": "geometry_msgs/Pose", "stamp": "time", "names": "string[]", "rows": "int8[2]",
     },
+    "a/GoAction": {},
     "a/GoResult": {"code": "int32"},
     "a/GoFeedback": {"part": "float32"},
     "geometry_msgs/Pose": {"position": "geometry_msgs/Point"},

@@ -27,6 +27,9 @@ WRONG = {
     GO.replace("MoveBase", "MoveBaseGoal"): "line 4: type: there is no type of action 'move_base",
     GO.replace("map", "'{W}'"): "line 5: fields.target_pose.header.frame_id: there is no 'W'",
     RING.replace("Trigger", "Triger"): "line 2: type: there is no type of service 'std_srvs/Trig",
+    RING.replace("Trigger", "_Trigger"): "line 2: type: there is no type of service 'std_srvs/_Tri",
+    RING
+    + "- {action: sing, publish: a, type: std_msgs/_Bool}": "line 3: type: there is no type of",
     RING + "- {action: sing, publish: a, type: std_msgs/Bool}\n"
     "- {action: go, publish: a, type: std_msgs/String}\n": "line 4: /a is of the type std_msgs/B",
 }

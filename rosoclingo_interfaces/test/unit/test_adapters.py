@@ -41,6 +41,7 @@ TYPES: Mapping[str, Mapping[str, str]] = {
         "joints": "float64[3]", "force": "float32", "tries": "uint8", "wait": "duration",
         "points": "geometry_msgs/Point[]", "soft": "bool",
     },
+    "arm_msgs/ReachAction": {},
     "arm_msgs/ReachResult": {"code": "int32", "text": "string"},
     "arm_msgs/ReachFeedback": {"part": "float32", "text": "string"},
 }  # fmt: skip

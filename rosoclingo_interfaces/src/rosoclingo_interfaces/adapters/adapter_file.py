@@ -299,12 +299,12 @@ class _ActionReader:
         """Returns the types of what is sent and of what comes back; the latter may be empty."""
         name = self._entry.text("type")
         ends = {
-            TargetKind.SERVER: ("Goal", "Result"),
+            TargetKind.SERVER: ("Goal", "Result", "Feedback", "Action"),
             TargetKind.SERVICE: ("Request", "Response"),
             TargetKind.TOPIC: ("", ""),
         }[kind]
-        sent, received = (f"{name}{end}" for end in ends)
-        if self._slots(sent) is None or self._slots(received) is None:
+        sent, received, *others = (f"{name}{end}" for end in ends)
+        if any(self._slots(one) is None for one in (sent, received, *others)):
             what, example = {
                 TargetKind.SERVER: ("action", "move_base_msgs/MoveBase"),
                 TargetKind.SERVICE: ("service", "std_srvs/Trigger"),

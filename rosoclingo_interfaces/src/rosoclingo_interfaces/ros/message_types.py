@@ -19,17 +19,19 @@ _ANY = "*"  # the type that a subscriber of any messages has
 def message_class(kind: str) -> Optional[Any]:
     """Returns the Python class of a type such as ``std_msgs/Bool``; None if there is none."""
     try:
-        return get_message_class(kind)
+        found = get_message_class(kind)
     except (ValueError, ImportError, AttributeError):
         return None
+    return found if isinstance(found, type) and issubclass(found, genpy.Message) else None
 
 
 def service_class(kind: str) -> Optional[Any]:
     """Returns the Python class of a service such as ``std_srvs/Trigger``; None if there is none."""
     try:
-        return get_service_class(kind)
+        found = get_service_class(kind)
     except (ValueError, ImportError, AttributeError):
         return None
+    return found if hasattr(found, "_request_class") else None
 
 
 def _any_class(kind: str) -> Optional[Any]:
