@@ -213,6 +213,8 @@ ANY = REACH.replace("W", "_")
         (f"places: {{a: {{x: b}}}}\n{HEAD}{SAY}", 1, "x: expected a number"),
         (f"places: {{a: {{n: }}}}\n{HEAD}{SAY}", 1, "n: expected a number or a text"),
         (f"places: {{a: {{}}, '\"a\"': {{}}}}\n{HEAD}{SAY}", 1, "places: a is there twice; remove"),
+        (f"places: ~no_such_user/x\n{HEAD}{SAY}", 1, "places: Could not determine home"),
+        (f"places:\n  a:\n    ? {'x' * 9000}\n    :\n{HEAD}{SAY}", 3, "... (9029 characters)"),
         (f"places: no.yaml\n{HEAD}{SAY}", 1, "places: cannot read the waypoint file"),
         (HEAD + "- action: go", 2, "expected one of actionlib, service, publish, not none"),
         (HEAD + SAY + "  service: s", 2, "not service and publish"),

@@ -188,6 +188,7 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
         (HEAD + "  covariance: {}", 4, "the key above of covariance is missing"),
         (HEAD + "  covariance: {above: x}", 4, "above: expected a number of square metres"),
         (NEAREST + "{waypoints: places.yaml}", 4, "the key within of nearest_waypoint is missing"),
+        (NEAREST + "{waypoints: ~no_such_user/x, within: 1}", 4, "waypoints: Could not determine"),
         (NEAREST + "{waypoints: no.yaml, within: 1}", 4, "cannot read the waypoint file"),
         (NEAREST + f"{{waypoints: {'x' * 9000}, within: 1}}", 4, "cannot read the waypoint file"),
         (NEAREST.replace("at(W)", "at(a)") + "{waypoints: places.yaml, within: 1}", 3, "write W"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Collection, Dict, Mapping
 
 from rosclingo.errors import TermError, shorten
@@ -89,7 +88,7 @@ def read_places(whole: YamlEntry, key: str) -> PlaceTable:
     if key not in whole:
         return PlaceTable(where, {})
     if whole.is_scalar(key):
-        path = whole.file.parent / Path(whole.text(key)).expanduser()
+        path = whole.path(key)
         try:
             waypoints = read_waypoints(path)
         except WaypointError as err:

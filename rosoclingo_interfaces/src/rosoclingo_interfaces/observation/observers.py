@@ -225,6 +225,6 @@ class _Builder:
     def _waypoints(self, inner: YamlEntry) -> Waypoints:
         """Reads a waypoint file, whose path begins in the folder of the file of observers."""
         try:
-            return read_waypoints(inner.file.parent / Path(inner.text("waypoints")).expanduser())
+            return read_waypoints(inner.path("waypoints"))
         except WaypointError as err:
             raise inner.wrong(f"waypoints: {err}", "waypoints") from err

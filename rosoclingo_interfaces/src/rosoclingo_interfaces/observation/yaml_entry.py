@@ -10,9 +10,11 @@ from typing import Any, Collection, Dict, List, Tuple, Union
 import yaml
 
 from rosclingo import strict_yaml
+from rosclingo.errors import shorten
 from rosclingo.solver.terms import quote
 from rosoclingo_interfaces.errors import EntryError
 
+_LONGEST = 2_000  # characters of an error, which quotes names and values
 _TAG = "tag:yaml.org,2002:"
 _TRUTH_VALUES = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 
@@ -121,6 +123,17 @@ class YamlEntry:
             raise self.wrong(f"{key}: expected a text", key)
         return str(node.value)
 
+    def path(self, key: str) -> Path:
+        """Returns the path of another file, which begins in the folder of this one.
+
+        Raises:
+            EntryError: It is something else, or in the home of a user that does not exist.
+        """
+        try:
+            return self.file.parent / Path(self.text(key)).expanduser()
+        except RuntimeError as err:
+            raise self.wrong(f"{key}: {err} Write the whole path", key) from err
+
     def texts(self, key: str) -> List[str]:
         """Returns the texts of a list, or the one that stands in its place.
 
@@ -216,4 +229,6 @@ class YamlEntry:
 
     def wrong_at(self, node: Any, reason: object) -> EntryError:
         """Returns the error about a part of the file that PyYAML has composed."""
-        return EntryError(f"{self.file}, line {node.start_mark.line + 1}: {reason}")
+        return EntryError(
+            f"{self.file}, line {node.start_mark.line + 1}: {shorten(str(reason), _LONGEST)}"
+        )
