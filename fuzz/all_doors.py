@@ -18,7 +18,7 @@ for _folder in ("test", "rosoclingo/test/kit", "rosoclingo_console/test/unit"):
 _NAMES = {
     "xml_doors": "control assumptions replies",
     "loop_doors": "goals messages tokens policies actions",
-    "yaml_doors": "waypoints observers faults worlds maps pictures",
+    "yaml_doors": "waypoints observers adapters faults worlds maps pictures",
     "store_doors": "stores rows ledgers",
     "file_doors": "bags pddl about",
     "console_doors": "requests port",

@@ -1,12 +1,13 @@
-"""Doors for YAML: waypoints, observers, faults, worlds, maps, and the parameter of policies."""
+"""Doors for YAML: waypoints, observers, adapters, faults, worlds, maps, and policies."""
 
 from __future__ import annotations
 
+import contextlib
 import io
 import shutil
 import tempfile
 from pathlib import Path
-from typing import Any, Callable, List, Sequence
+from typing import Any, Callable, List, Mapping, Sequence
 
 import yaml
 from hypothesis import strategies as st
@@ -14,7 +15,10 @@ from hypothesis.strategies import SearchStrategy
 from PIL import Image
 
 from fuzzing import Door
-from rosoclingo_interfaces.errors import ObservationError, WaypointError
+from rosclingo.solver.terms import parse_term
+from rosoclingo.loop.values.served import ServedGoal
+from rosoclingo_interfaces.adapters.adapter_file import read_adapter
+from rosoclingo_interfaces.errors import ActionError, EntryError, WaypointError
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_interfaces.observation.observers import read_observers
 from rosoclingo_interfaces.observation.transforms import TransformTree
@@ -90,6 +94,7 @@ _CONDITIONS: Sequence[SearchStrategy[Any]] = (
         }
     ),
     st.fixed_dictionaries({"silent": st.just(3)}),
+    st.fixed_dictionaries({"value": st.sampled_from([{}, {"times": 100, "step": 5}])}),
 )
 _OBSERVER = st.builds(
     lambda source, condition, more: {**source, **condition, **more},
@@ -98,7 +103,7 @@ _OBSERVER = st.builds(
     ),
     st.one_of(*_CONDITIONS),
     st.fixed_dictionaries(
-        {"tell": st.sampled_from(["low", "battery(low)", "at({waypoint})"])},
+        {"tell": st.sampled_from(["low", "battery(low)", "battery(V)", "at(W)"])},
         optional={
             "else": st.just("high"), "field": st.sampled_from(["data", "pose.x[0]"]),
             "id": st.just("info"), "debounce": st.just(0.5), "rate": st.just(2),
@@ -106,6 +111,52 @@ _OBSERVER = st.builds(
     ),
 )  # fmt: skip
 _OBSERVERS = st.fixed_dictionaries({"observers": st.lists(_OBSERVER, min_size=1, max_size=2)})
+_TYPES: Mapping[str, Mapping[str, str]] = {
+    "a/String": {"data": "string"},
+    "a/Bool": {"data": "bool"},
+    "a/GripRequest": {"width": "float64", "force": "uint8"},
+    "a/GripResponse": {"success": "bool"},
+    "a/GoGoal": {
+        "pose": "geometry_msgs/Pose", "stamp": "time", "names": "string[]", "rows": "int8[2]",
+    },
+    "a/GoAction": {},
+    "a/GoResult": {"code": "int32"},
+    "a/GoFeedback": {"part": "float32"},
+    "geometry_msgs/Pose": {"position": "geometry_msgs/Point"},
+    "geometry_msgs/Point": {"x": "float64", "y": "float64"},
+}  # fmt: skip
+_TARGETS: Sequence[SearchStrategy[Any]] = (
+    st.fixed_dictionaries(
+        {"action": st.sampled_from(["go(W)", "go(W,_)"]), "actionlib": st.just("base"),
+         "type": st.just("a/Go"), "fields": st.just(
+            {"pose": "{W.pose}", "stamp": "{now}", "names": ["{W}", "a{{b"], "rows": [1, 2]})},
+        optional={"progress": st.just("part"), "after_crash": st.just("again"), "answers": st.just(
+            [{"state": "aborted", "field": "code", "range": {"above": 3}, "answer": "stuck"}])},
+    ),
+    st.fixed_dictionaries(
+        {"action": st.just("pick(ID)"), "slot": st.just("ID"), "service": st.just("grip{ID}"),
+         "request": st.just("dish(T)"), "type": st.just("a/Grip"),
+         "fields": st.just({"width": "{T.x}", "force": 3})},
+        optional={"within": st.just(5)},
+    ),
+    st.fixed_dictionaries(
+        {"action": st.just("open(D)"), "publish": st.just("/door"), "type": st.just("a/String"),
+         "fields": st.just({"data": "open {D} {actuator}"}), "within": st.just(5)},
+        optional={"cancel": st.just({"data": "stop"}), "until": st.just(
+            {"topic": "door_{D}", "type": "a/Bool", "equals": True})},
+    ),
+)  # fmt: skip
+_ADAPTERS = st.fixed_dictionaries(
+    {
+        "actions": st.lists(st.one_of(*_TARGETS), min_size=1, max_size=3),
+        "places": st.just("places.yaml")
+        | st.just({"a": {"x": 1, "y": 2}, "c(1)": {"x": 1.5, "y": 0, "theta": 1, "n": "x"}}),
+    },
+    optional={
+        "actuators": st.just(["robot"]), "leaves_unknown": st.booleans(),
+        "announce": st.just([{"topic": "t", "value": {}, "tell": "battery(V)"}]),
+    },
+)  # fmt: skip
 _WHEN = st.one_of(
     st.fixed_dictionaries({"time": st.just(20)}),
     st.fixed_dictionaries({"place": _PLACE}, optional={"within": st.just(1.0)}),
@@ -250,6 +301,17 @@ def _picture(kind: str) -> bytes:
     return written.getvalue()
 
 
+def _adapters(file: Path) -> None:
+    """Reads a file, and makes what is sent for some actions."""
+    adapter = read_adapter(file, _TYPES.get, TransformTree())
+    served = [ServedGoal(1, "1", "dish(a)", "id")]
+    for text in ("go(a)", "go(b,c)", "pick(1)", 'open("x y")'):
+        with contextlib.suppress(ActionError):
+            one, values = adapter.find("robot", parse_term(text), lambda: served)
+            one.name(values)
+            one.fill(values)
+
+
 def _faults(file: Path) -> None:
     read_faults(file, read_waypoints(file.parent / "places.yaml"))
 
@@ -262,8 +324,9 @@ def doors() -> List[Door]:
             "observers",
             _OBSERVERS,
             lambda file: read_observers(file, TransformTree()),
-            ObservationError,
+            EntryError,
         ),
+        YamlDoor("adapters", _ADAPTERS, _adapters, EntryError),
         YamlDoor("faults", _FAULTS, _faults, FaultError),
         YamlDoor("worlds", _WORLDS, read_world, WorldError),
         YamlDoor("maps", _MAPS, read_map, MapError),

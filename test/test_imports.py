@@ -40,8 +40,8 @@ FLOORS = {
     ],
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation", "observation",
-        "ledger", "execution", "interface",
-        "faulty_actions", "executor", "retransmitter", "ros", "node",
+        "ledger", "served_goals", "execution", "interface",
+        "adapters", "faulty_actions", "executor", "retransmitter", "ros", "node",
     ],
     "rosoclingo_console": ["model", "web", "bag_console", "ros"],
     "rosoclingo_examples": ["orders", "line_words", "ros"],

@@ -13,10 +13,12 @@ from terminals import package
 from rosclingo.solver.options import Options
 from rosoclingo.encodings.alphabet import read_alphabet
 from rosoclingo.loop.values.ids import type_event
+from rosoclingo_interfaces.adapters.adapter_file import read_adapter
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_interfaces.observation.observers import read_observers
 from rosoclingo_interfaces.observation.transforms import TransformTree
 from rosoclingo_interfaces.observation.vocabulary import unknown_terms
+from rosoclingo_interfaces.ros.message_types import slots
 
 ROBOT = '''
 class base:
@@ -93,6 +95,53 @@ def test_progress(page: Page) -> None:
         [sys.executable, "-c", program], check=True, stdout=subprocess.PIPE, text=True, timeout=180
     )
     assert said.stdout.split() == ["0.0", "0.1"]
+
+
+@of("rosoclingo_interfaces/README.md", "Methods")
+def test_the_goal_of_an_action(page: Page) -> None:
+    """A method of the README's knows the request of the goal in the slot."""
+    program = (
+        "from rosoclingo.loop.values.served import ServedGoal\n"
+        "from rosoclingo_interfaces.executor import Executor\n"
+        "from rosoclingo_interfaces.interface import ActionInterface\n"
+        "class Waiter(ActionInterface):\n"
+        f"{page.block('python')}\n"
+        "        return request\n"
+        "executor = Executor(Waiter())\n"
+        "served = (ServedGoal(1, '1', 'dish(t3)', 'id'),)\n"
+        "executor.begin('waiter', 'pick(1)', print, find_served=lambda: served)\n"
+        "for running in executor.running:\n"
+        "    running.ended.wait(180)\n"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", program], check=True, stdout=subprocess.PIPE, text=True, timeout=180
+    )
+    assert said.stdout.strip() == "dish(t3)"
+
+
+@of("rosoclingo_interfaces/README.md", "adapter.py")
+def test_adapter(page: Page) -> None:
+    node = page.type("adapter.py")
+    page.type("rostopic pub")
+    node.wait_for("waiting for a subscriber of /door_o1/command; is it started?")
+    door = page.type("rostopic echo")
+    door.wait_for('data: "open"')
+    page.type("rostopic pub")
+    node.wait_for("mailbot: open(o1): success")
+    check_output("rosoclingo_interfaces/README.md", "adapter.py", node.output)
+    config = package("rosoclingo_interfaces") / "config"
+    assert page.block("yaml") == (config / "adapter.yaml").read_text().partition("\n")[2]
+
+
+@of("rosoclingo_interfaces/README.md", "Answers")
+def test_answers_of_an_adapter(page: Page) -> None:
+    file = page.folder / "adapter.yaml"
+    file.write_text(
+        "actions:\n  - action: reach\n    service: arm\n    type: rosoclingo/Why\n"
+        + page.block("yaml").replace("state: aborted, field: code", "field: status")
+    )
+    rules = read_adapter(file, slots, TransformTree()).actions[0].rules
+    assert [rule.answer for rule in rules] == ["stuck", "empty", "success"]
 
 
 @of("rosoclingo_interfaces/README.md", "observe.py")

@@ -20,9 +20,12 @@ from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
+from rosoclingo.loop.values.goals import Goal, Goals
+from rosoclingo.loop.values.served import ServedGoals
 from rosoclingo.ros.copies import AnswerCopies
 
 LINE = f"{EXAMPLES}/line.lp"
+ERRANDS = str(Path(__file__).parents[1] / "encodings/errands.lp")
 MODE = "dynamic.incremental.dyn_reset"
 
 # With this, a move of which nobody knows whether it was made ends all goals.
@@ -440,3 +443,44 @@ def test_an_abort() -> None:
     told = [(one.number, one.action, one.aborted, one.answer) for _, [one] in made.shown[1:]]
     assert told[:2] == [(1, "go(2)", False, None), (1, "go(2)", True, None)]
     assert told[-1] == (2, "go(2)", False, "success")
+
+
+def _answer_all(made: Robot) -> None:
+    for one in made.shown[-1][1]:
+        if one.is_open:
+            made.reply("success", one.number)
+
+
+def test_an_action_serves_the_goal_whose_slot_it_names() -> None:
+    served: List[Tuple[int, List[Any]]] = []
+    made = robot(_answer_all, line=ERRANDS)
+    made.show_served = lambda _, number, goals: served.append((number, list(goals)))  # type: ignore[method-assign]
+    goals = [made.request(f"visit({place})") for place in (0, 5)]
+    assert made.run() is None
+    assert [goal.words[-1] for goal in goals] == ["succeeded"] * 2
+    assert served[0] == (0, [])
+    actions = {one.number: one.action for _, shown in made.shown for one in shown}
+    looks = {
+        one.request: one
+        for _, all_served in served
+        for one in all_served
+        if actions[one.number] == f"look({one.slot})"
+    }
+    assert sorted(looks) == ["visit(0)", "visit(5)"]
+    for goal in goals:
+        one = looks[goal.request]
+        assert (one.goal_id, one.information) == (goal.id, goal.information)
+    assert all(one.number <= number for number, all_served in served for one in all_served)
+
+
+def test_a_slot_that_has_another_goal_meanwhile() -> None:
+    """A restarted loop does not take a later goal for the one that an action was done for."""
+    goals = Goals()
+    goals.set_slots(["1"])
+    goals.add(Goal("later", identifier="b"))
+    [(_, goal)] = goals.place()
+    goal.came = 10.0
+    for began, number in ((5.0, 0), (15.0, 1)):
+        one = Execution(1, 1, "robot", "pick(1)", world_began=began)
+        assert len(ServedGoals().update([one], goals, is_resumed=True)) == number
+        assert len(ServedGoals().update([one], goals)) == 1

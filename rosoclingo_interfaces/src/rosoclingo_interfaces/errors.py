@@ -29,12 +29,12 @@ class DriveError(RosclingoError):
     """The robot did not get to where it should drive; the message says why."""
 
 
-class GoneError(DriveError):
-    """The robot did not get there because its navigation or the clock is gone."""
+class GoneError(RosclingoError):
+    """An action cannot be done because a server or the clock is gone; the message says which."""
 
 
-class ObservationError(RosclingoError):
-    """An invalid file of observers; the message names the file, the line and the remedy."""
+class EntryError(RosclingoError):
+    """An invalid entry of a YAML file; the message names the file, the line and the remedy."""
 
 
 class ReadingError(RosclingoError):

@@ -5,10 +5,11 @@ from __future__ import annotations
 import threading
 import time
 from contextvars import ContextVar
-from typing import Callable, Optional
+from typing import Callable, Optional, Tuple
 
 import clingo
 
+from rosoclingo.loop.values.served import ServedGoal
 from rosoclingo_interfaces.errors import CanceledError
 from rosoclingo_interfaces.ledger import Token
 
@@ -16,6 +17,9 @@ _SLICE_SECONDS = 0.05  # how often a wait looks at a clock that may be a simulat
 
 Clock = Callable[[], float]
 """Says the time in seconds."""
+
+FindServedGoals = Callable[[], Tuple[ServedGoal, ...]]
+"""Finds the goals that an action serves; may wait for seconds."""
 
 
 class Stopwatch:
@@ -65,7 +69,17 @@ class ActionExecution:
         action: clingo.Symbol,
         clock: Clock = time.monotonic,
         token: Optional[Token] = None,
+        find_served: FindServedGoals = tuple,
     ) -> None:
+        """Begins now.
+
+        Args:
+            actuator: Who is to act.
+            action: What to do, a term.
+            clock: The time in seconds.
+            token: What the action is known by; None if it was published without a token.
+            find_served: Called by the first one that wants to know the served goals.
+        """
         self.actuator = actuator
         self.action = action
         self.token = token
@@ -73,6 +87,8 @@ class ActionExecution:
         self.canceled = threading.Event()
         self.ended = threading.Event()
         self._stopwatch = Stopwatch(clock)
+        self._find_served = find_served
+        self._served: Optional[Tuple[ServedGoal, ...]] = None
         self._lock = threading.Lock()  # guards _closed; held for moments only
         self._closed = False
 
@@ -83,6 +99,16 @@ class ActionExecution:
     def seconds(self) -> float:
         """Time since the action was requested."""
         return self._stopwatch.seconds()
+
+    @property
+    def served_goals(self) -> Tuple[ServedGoal, ...]:
+        """The goals that the action serves; none if it names no slot of a goal.
+
+        The first access may wait for 2 s, until they are known.
+        """
+        if self._served is None:  # two threads may find the same
+            self._served = self._find_served()
+        return self._served
 
     def close(self) -> bool:
         """Takes the right to answer, which only one caller gets.

@@ -13,7 +13,7 @@ from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.terms import parse_term
 from rosoclingo.loop.words import ABORT, FAILURE, SOLVER, UNKNOWN
 from rosoclingo_interfaces.errors import ActionError, CanceledError, LedgerError
-from rosoclingo_interfaces.execution import CURRENT, ActionExecution, Clock
+from rosoclingo_interfaces.execution import CURRENT, ActionExecution, Clock, FindServedGoals
 from rosoclingo_interfaces.interface import (
     AFTER_CRASH,
     AGAIN,
@@ -98,6 +98,7 @@ class Executor:
         token: Optional[Token] = None,
         *,
         aborted: bool = False,
+        find_served: FindServedGoals = tuple,
     ) -> None:
         """Begins an action if it is for an actuator of the interface; returns at once.
 
@@ -107,6 +108,7 @@ class Executor:
             reply: Sends the answer; called at most once, from any thread, and does not wait.
             token: What the action is known by; None if it came without a token.
             aborted: Whether an action with a token is to stop.
+            find_served: Finds the goals that it serves.
         """
         try:
             source = str(parse_term(actuator))
@@ -141,7 +143,7 @@ class Executor:
                 self._replace(source, None)
                 reply(FAILURE)
             return
-        execution = ActionExecution(source, term, self._clock, token)
+        execution = ActionExecution(source, term, self._clock, token, find_served)
         if not self._interface.knows(term) and self._interface.leaves_unknown:
             self._replace(source, None)
             _log.debug("%s is left to another node", execution)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import Any, Mapping, Optional, Sequence, Tuple, Union
 
 import clingo
 
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo.loop.mode.dispatch import bind, find
+from rosoclingo.loop.values.served import ServedGoal
 from rosoclingo.loop.words import FAILURE, SUCCESS, UNKNOWN
 from rosoclingo_interfaces.errors import ActionError
 from rosoclingo_interfaces.execution import ActionExecution, current
@@ -87,6 +88,21 @@ class ActionInterface:
     def canceled(self) -> bool:
         """True if the action that runs in this thread was cancelled."""
         return current().canceled.is_set()
+
+    @property
+    def served_goals(self) -> Tuple[ServedGoal, ...]:
+        """The goals that the action serves which runs in this thread: those whose slots it names.
+
+        Of ``pick(1)``, that is the goal in slot 1, with its ``slot``, ``request``, ``goal_id`` and
+        ``information``, as they were when the action was published. None if the action names no
+        slot of a goal, or comes without a token. The first access may wait for 2 s.
+        """
+        return current().served_goals
+
+    @property
+    def served_goal(self) -> Optional[ServedGoal]:
+        """The first of :attr:`served_goals`; None if there is none."""
+        return next(iter(current().served_goals), None)
 
     def report_progress(self, part: float) -> None:
         """Reports the done part of the running action, of which clients are told.

@@ -14,6 +14,8 @@ from rosoclingo.msg import (
     ROSoClingoDispatch,
     ROSoClingoIn,
     ROSoClingoOut,
+    ROSoClingoServed,
+    ROSoClingoServedGoal,
     ROSoClingoToken,
 )
 
@@ -68,6 +70,9 @@ class TokenPlanner:
         self._dispatch = rospy.Publisher(
             f"{name}/dispatch", ROSoClingoDispatch, latch=True, queue_size=100
         )
+        self._served = rospy.Publisher(
+            f"{name}/served", ROSoClingoServed, latch=True, queue_size=100
+        )
         self._answer = rospy.Subscriber(f"{name}/answer", ROSoClingoAnswer, self._on_answer)
         self.old = Planner(name)
         wait_for(
@@ -82,6 +87,10 @@ class TokenPlanner:
         tokens = [ROSoClingoToken(number, 1, *rest) for number, *rest in told]
         self._dispatch.publish(self.RUN, tokens)
         self.old.send(*told[-1][1:3])
+
+    def serve(self, number: int, *goals: Tuple[int, str, str, str]) -> None:
+        """Says which goals actions serve: their numbers, slots, requests and ids."""
+        self._served.publish(self.RUN, number, [ROSoClingoServedGoal(*one, []) for one in goals])
 
     def wait_for_answer(self, number: int, value: str) -> None:
         """Waits for an answer, which comes again and again, as nobody says that it was taken."""

@@ -21,6 +21,9 @@ class Robot(ActionInterface):
     def measure(self, what: str, times: int) -> str:
         return f"value({what},{times + 1})"
 
+    def pick(self, slot: int) -> str:
+        return "none" if self.served_goal is None else self.served_goal.request
+
     def fail(self) -> bool:
         raise OSError("the battery is empty")
 

@@ -107,6 +107,16 @@ class TestInterface(unittest.TestCase):
                          + [("arm(1)", "failure")])  # fmt: skip
         self.assertEqual(planner.old.answers, [])
 
+    def test_served_goals(self) -> None:
+        """A method knows them, whether they come before the action or after it."""
+        planner = TokenPlanner("/f/rosoclingo")
+        planner.send((1, "robot", "pick(1)", 0))
+        planner.serve(1, (1, "1", "dish(t3)", "client-1"))
+        planner.wait_for_answer(1, "dish(t3)")
+        planner.serve(2)
+        planner.send((2, "robot", "pick(2)", 0))
+        planner.wait_for_answer(2, "none")
+
     def test_two_nodes_share_an_actuator(self) -> None:
         for action in ("go(c1)", "pickup(1)", "go(c2)", "deliver(o1,o2)", "pickup(1)"):
             self.assertEqual(self.mailbot.ask("mailbot", action), "success")

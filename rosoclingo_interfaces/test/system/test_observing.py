@@ -24,6 +24,7 @@ WRONG = {
     DOOR.replace("equals: true", "pattern: a"): "line 2: field: data of std_msgs/Bool is bool; a",
     DOOR + "  field: open\n": "line 6: field: open: std_msgs/Bool has no field open; there are: da",
     DOOR + "  type: std_msgs/Boo\n": "line 6: type: there is no type of messages std_msgs/Boo here",
+    DOOR + "  type: std_msgs/_Bool\n": "line 6: type: there is no type of messages std_msgs/_Bool",
     DOOR + "  types: std_msgs/Bool\n": "line 6: unknown key 'types'; there are topic, tf, type",
     DOOR.replace("door", "do or"): "line 2: topic: 'do or' is no name; expected one such as scan",
 }

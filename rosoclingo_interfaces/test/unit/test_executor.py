@@ -11,9 +11,12 @@ from typing import Any, Callable, Iterator, List, Tuple
 import pytest
 
 from rosclingo.errors import TermError
+from rosoclingo.loop.values.served import ServedGoal
 from rosoclingo_interfaces.execution import ActionExecution
 from rosoclingo_interfaces.executor import Executor
 from rosoclingo_interfaces.interface import ActionInterface
+from rosoclingo_interfaces.ledger import Token
+from rosoclingo_interfaces.served_goals import ServedGoalsBoard
 
 TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 
@@ -345,3 +348,42 @@ def test_an_interface_that_leaves_actions_to_others(
 def test_no_action_in_this_thread(robot: Robot) -> None:
     with pytest.raises(RuntimeError, match="no action runs in this thread"):
         robot.sleep(1.0)
+
+
+def test_served_goals() -> None:
+    """They are found when a method wants to know them, and once for each action."""
+
+    class Waiter(ActionInterface):
+        actuators = ("waiter",)
+
+        def pick(self, slot: int) -> str:
+            assert self.served_goals == self.execution.served_goals
+            return "none" if self.served_goal is None else self.served_goal.request
+
+    asked: List[str] = []
+
+    def find() -> Tuple[ServedGoal, ...]:
+        asked.append("asked")
+        return (ServedGoal(1, "1", "dish(t3)", "a"), ServedGoal(1, "2", "dish(t4)", "b"))
+
+    answers: queue.Queue[str] = queue.Queue()
+    executor = Executor(Waiter())
+    executor.begin("waiter", "pick(1)", answers.put, Token("run", 1), find_served=find)
+    assert answers.get(timeout=TIMEOUT) == "dish(t3)"
+    assert asked == ["asked"]
+    executor.begin("waiter", "pick(1)", answers.put)
+    assert answers.get(timeout=TIMEOUT) == "none"
+
+
+def test_served_goals_that_come_later() -> None:
+    board, found = ServedGoalsBoard(), queue.Queue()  # type: ignore[var-annotated]
+    board.hear("before", 9, [ServedGoal(9, "1", "old", "a")])
+    token = Token("run", 2)
+    assert board.find(token, seconds=0.0) is None
+    threading.Thread(target=lambda: found.put(board.find(token, TIMEOUT)), daemon=True).start()
+    board.hear("run", 1, [])
+    served = [ServedGoal(1, "1", "dish(t3)", "a"), ServedGoal(2, "2", "dish(t4)", "b")]
+    board.hear("run", 2, served)
+    assert found.get(timeout=TIMEOUT) == (served[1],)
+    board.hear("run", 3, served[:1])
+    assert board.find(token) == ()

@@ -9,7 +9,7 @@ from typing import Any, List, Mapping, Optional, Sequence
 
 import pytest
 
-from rosoclingo_interfaces.errors import ObservationError, ReadingError
+from rosoclingo_interfaces.errors import EntryError, ReadingError
 from rosoclingo_interfaces.observation.observer import Observer
 from rosoclingo_interfaces.observation.observers import read_observers
 from rosoclingo_interfaces.observation.transforms import MOST_FRAMES, TransformTree
@@ -172,7 +172,13 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
         (HEAD + "  silent: 1\n  else: x", 5, "else: expected another term than that of tell"),
         (HEAD + "  silent: 1\n  else: y(W)", 5, "else: 'y(W)': W stands for a waypoint in tell"),
         (HEAD + "  silent: 1\n  else: 'y('", 5, "else: 'y(' cannot be told"),
-        ("observers:\n- topic: t\n  tell: x(V)\n  silent: 1", 3, "tell: 'x(V)' cannot be told"),
+        ("observers:\n- topic: t\n  tell: x(U)\n  silent: 1", 3, "tell: 'x(U)' cannot be told"),
+        ("observers:\n- topic: t\n  tell: x(V)\n  silent: 1", 3, "V stands for a value in tell of"),
+        (HEAD + "  value: {}", 3, "does not say which value: write V for it, such as battery(V)"),
+        (HEAD.replace("x", "x(V)") + "  value: 1", 4, "value: expected a mapping"),
+        (HEAD.replace("x", "x(V)") + "  value: {steps: 1}", 4, "unknown key 'steps'; there"),
+        (HEAD.replace("x", "x(V)") + "  value: {step: 0.5}", 4, "step: expected an integer from 1"),
+        (HEAD.replace("x", "x(V)") + "  value: {}\n  else: y", 5, "else: a value does not end"),
         (HEAD + "  pattern: '('", 4, "pattern: expected a regular expression: '('"),
         (HEAD + "  range: 3", 4, "range: expected a mapping"),
         (HEAD + "  range: {}", 4, "range: expected below, or above, or from and to"),
@@ -182,6 +188,7 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
         (HEAD + "  covariance: {}", 4, "the key above of covariance is missing"),
         (HEAD + "  covariance: {above: x}", 4, "above: expected a number of square metres"),
         (NEAREST + "{waypoints: places.yaml}", 4, "the key within of nearest_waypoint is missing"),
+        (NEAREST + "{waypoints: ~no_such_user/x, within: 1}", 4, "waypoints: Could not determine"),
         (NEAREST + "{waypoints: no.yaml, within: 1}", 4, "cannot read the waypoint file"),
         (NEAREST + f"{{waypoints: {'x' * 9000}, within: 1}}", 4, "cannot read the waypoint file"),
         (NEAREST.replace("at(W)", "at(a)") + "{waypoints: places.yaml, within: 1}", 3, "write W"),
@@ -197,7 +204,7 @@ CLOSED = "observers:\n- topic: t\n  tell: x\n  closed: "
     ],
 )  # fmt: skip
 def test_each_mistake_is_refused_by_line(clock: Clock, text: str, line: int, message: str) -> None:
-    with pytest.raises(ObservationError) as raised:
+    with pytest.raises(EntryError) as raised:
         clock.read(text)
     said = str(raised.value)
     assert len(said) < 3000
@@ -206,13 +213,13 @@ def test_each_mistake_is_refused_by_line(clock: Clock, text: str, line: int, mes
 
 
 def test_files_that_cannot_be_read(clock: Clock) -> None:
-    with pytest.raises(ObservationError, match="cannot read the file of observers"):
+    with pytest.raises(EntryError, match="cannot read the file of observers"):
         read_observers(clock.folder / "none.yaml", clock.tree)
     (clock.folder / "deep.yaml").write_text("[" * 1500)
-    with pytest.raises(ObservationError, match="nested too deeply"):
+    with pytest.raises(EntryError, match="nested too deeply"):
         read_observers(clock.folder / "deep.yaml", clock.tree)
     (clock.folder / "bytes.yaml").write_bytes(b"\xff")
-    with pytest.raises(ObservationError, match="cannot read the file of observers"):
+    with pytest.raises(EntryError, match="cannot read the file of observers"):
         read_observers(clock.folder / "bytes.yaml", clock.tree)
 
 
@@ -252,7 +259,7 @@ def test_fields_are_checked_against_types(
     if not message:
         observer.check(kind, TYPES.get)
         return
-    with pytest.raises(ObservationError) as raised:
+    with pytest.raises(EntryError) as raised:
         observer.check(kind, TYPES.get)
     assert f"observers.yaml, line 5: field: {field}" in str(raised.value)
     assert message in str(raised.value)
@@ -261,14 +268,14 @@ def test_fields_are_checked_against_types(
 def test_types_of_poses_and_ways_are_checked(clock: Clock) -> None:
     lines = ["topic: t", "tell: at(W)", "nearest_waypoint: {waypoints: places.yaml, within: 1}"]
     clock.observer(*lines).check("nav_msgs/Odometry", TYPES.get)
-    with pytest.raises(ObservationError, match="line 2: std_msgs/Bool is none of geometry_msgs/"):
+    with pytest.raises(EntryError, match="line 2: std_msgs/Bool is none of geometry_msgs/"):
         clock.observer(*lines).check("std_msgs/Bool", TYPES.get)
     clock.observer(*lines, "field: poses[0]").check("some_msgs/Places", TYPES.get)
-    with pytest.raises(ObservationError, match=r"line 5: field: poses of .*Pose\[\]; geometry"):
+    with pytest.raises(EntryError, match=r"line 5: field: poses of .*Pose\[\]; geometry"):
         clock.observer(*lines, "field: poses").check("some_msgs/Places", TYPES.get)
     way = clock.observer("topic: t", "tell: x", "closed: {waypoints: places.yaml, from: a, to: b}")
     way.check("sensor_msgs/LaserScan", TYPES.get)
-    with pytest.raises(ObservationError, match="line 2: closed needs a topic of sensor_msgs/Laser"):
+    with pytest.raises(EntryError, match="line 2: closed needs a topic of sensor_msgs/Laser"):
         way.check("std_msgs/Bool", TYPES.get)
 
 
@@ -359,7 +366,7 @@ def test_a_covariance(clock: Clock) -> None:
 def test_a_way_that_is_too_long(clock: Clock) -> None:
     far = PLACES.replace("y: 4", "y: 90000")
     (clock.folder / "places.yaml").write_text(far)
-    with pytest.raises(ObservationError, match=r"closed: from and to are more than 1000 m apart"):
+    with pytest.raises(EntryError, match=r"closed: from and to are more than 1000 m apart"):
         clock.observer("topic: t", "tell: x", "closed: {waypoints: places.yaml, from: a, to: c(1)}")
 
 
@@ -554,3 +561,33 @@ def test_terms_that_an_encoding_does_not_know(clock: Clock) -> None:
     assert "'info:at(robot,a)', 'info:at(robot,b)', 'info:at(robot,c(1))'" in warning
     assert "the nearest that it knows is 'info:at(mailbot,a)'" in warning
     assert len(list(unknown_terms(observers, []))) == 2
+
+
+def test_values(clock: Clock) -> None:
+    """Terms have numbers, truth values and texts of messages in them."""
+    percent = clock.observer(
+        "topic: t", "tell: battery(V)", "field: percentage",
+        "value: {times: 100, step: 5, hysteresis: 1}", "rate: 0",
+    )  # fmt: skip
+    percent.check("sensor_msgs/BatteryState", TYPES.get)
+    said = [clock.tells(percent, SimpleNamespace(percentage=part)) for part in
+            (0.91, 0.89, 0.87, 0.86, 0.85, 1.0)]  # fmt: skip
+    assert said == ["battery(90)", None, None, "battery(85)", None, "battery(100)"]
+    for value in (math.nan, math.inf, 3e9):
+        with pytest.raises(ReadingError, match="makes no integer"):
+            percent.hear(SimpleNamespace(percentage=value), clock.now)
+    with pytest.raises(EntryError, match=r"data of std_msgs/String is string; a number is needed"):
+        clock.observer("topic: t", "tell: x(V)", "value: {times: 2}").check(
+            "std_msgs/String", TYPES.get
+        )
+    seen = clock.observer("topic: t", "tell: seen(cam,V)", "value: {}", "rate: 0")
+    for kind in ("Bool", "String", "Int32"):
+        seen.check(f"std_msgs/{kind}", TYPES.get)
+    for value, term in (
+        ("box(3)", "box(3)"), ("The box", '"The box"'), ('a"b', '"a\\"b"'), (True, "true"),
+        (-7, "-7"), ("V", '"V"'), ("", '""'),
+    ):  # fmt: skip
+        assert clock.tells(seen, data(value)) == f"seen(cam,{term})"
+    with pytest.raises(ReadingError, match="more than 1000 characters"):
+        seen.hear(data("x" * 1001), clock.now)
+    assert list(unknown_terms([seen], ["info:other"])) == []

@@ -33,6 +33,7 @@ from rosoclingo.loop.values.execution import (
     RejectedAction,
 )
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
+from rosoclingo.loop.values.served import ServedGoals
 from rosoclingo.loop.values.snapshot import take_over
 from rosoclingo.loop.waiting import Waiting
 from rosoclingo.loop.words import BUSY, GIVEN_UP, INFO, INTERRUPTED, TRIES
@@ -73,6 +74,7 @@ class State(Progress):
         externals: What is known of the planner's externals.
         goals: The goals.
         executions: What each actuator does, has answered, and was told before.
+        served: The goals for which they are done.
         interlock: Which actions may be dispatched.
         policies: How actions are treated that fail or take too long.
         heartbeats: What their interfaces say meanwhile.
@@ -129,6 +131,7 @@ class State(Progress):
             policies: How actions are treated, by patterns, see :class:`.ActionPolicies`.
         """
         super().__init__()
+        self.served = ServedGoals()
         self.interlock = Interlock(ask_before)
         self.policies = ActionPolicies(policies or {})
         self.heartbeats = Heartbeats(environment.now)
@@ -489,6 +492,8 @@ class State(Progress):
         executions = self.executions
         if executions.changed or again:
             executions.changed = False
+            served = self.served.update(executions.dispatched, self.goals, is_resumed=again)
+            self.environment.show_served(executions.run, executions.number, served)
             self.environment.show_executions(executions.run, executions.dispatched)
         self.show_held(again=again)
 

@@ -21,6 +21,7 @@ from rosoclingo.loop.values.beliefs import Beliefs, Evidence
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution, OperatorState
 from rosoclingo.loop.values.goals import Goal, GoalClient
+from rosoclingo.loop.values.served import ServedGoal
 from rosoclingo.msg import (
     ROSoClingoBeliefs,
     ROSoClingoCause,
@@ -31,6 +32,8 @@ from rosoclingo.msg import (
     ROSoClingoHeld,
     ROSoClingoOut,
     ROSoClingoPlan,
+    ROSoClingoServed,
+    ROSoClingoServedGoal,
     ROSoClingoToken,
 )
 from rosoclingo.ros.goal_statuses import address_of, apply_status
@@ -90,6 +93,7 @@ class RosEnvironment(Environment):
             lambda *_: None
         )
         self._held = publisher("~held", ROSoClingoHeld, latch=True)
+        self._served = publisher("~served", ROSoClingoServed, latch=True)
         # Opened before ~out: who hears an action there can tell whether it comes here, too.
         self._dispatch = publisher("~dispatch", ROSoClingoDispatch, latch=True)
         self._out = publisher("~out", ROSoClingoOut, latch=True)
@@ -115,6 +119,19 @@ class RosEnvironment(Environment):
             [
                 ROSoClingoToken(one.number, one.step, one.actuator, one.action, _state(one))
                 for one in executions
+            ],
+        )
+
+    def show_served(self, run: str, number: int, served: Sequence[ServedGoal]) -> None:
+        """Publishes to ``~served``."""
+        self._served.publish(
+            run,
+            number,
+            [
+                ROSoClingoServedGoal(
+                    one.number, one.slot, one.request, one.goal_id, list(one.information)
+                )
+                for one in served
             ],
         )
 

@@ -123,6 +123,7 @@ class Outbox(Environment):
     info = _passed_on(Environment.info)
     warn = _passed_on(Environment.warn)
 
+    show_served = _held("dispatch", Environment.show_served)
     show_executions = _held("dispatch", Environment.show_executions)
     show_held = _held("held", Environment.show_held)
     answer_control = _held("answer to an operator", Environment.answer_control)

@@ -15,7 +15,7 @@ from typing import Any, Tuple
 import numpy as np
 from scipy import ndimage
 
-from rosoclingo_interfaces.errors import ObservationError, ReadingError
+from rosoclingo_interfaces.errors import EntryError, ReadingError
 from rosoclingo_interfaces.navigation.cross_track import PathPoint
 from rosoclingo_interfaces.observation.conditions import HOLDS, Reading
 from rosoclingo_interfaces.observation.fields import Slots
@@ -56,10 +56,10 @@ class ClosedWay:
         """Checks that messages are scans or costmaps.
 
         Raises:
-            ObservationError: They are not.
+            EntryError: They are not.
         """
         if message not in (SCAN, GRID):
-            raise ObservationError(f"closed needs a topic of {SCAN} or {GRID}, not {message}")
+            raise EntryError(f"closed needs a topic of {SCAN} or {GRID}, not {message}")
 
     def read(self, message: Any, before: Reading) -> Reading:
         """Returns whether the way is closed.

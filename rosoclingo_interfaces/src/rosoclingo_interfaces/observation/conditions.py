@@ -1,4 +1,4 @@
-"""Conditions of observers on a field's value: range, pattern, equality, covariance, silence.
+"""Conditions of observers on fields: range, pattern, equality, value, covariance, silence.
 
 Needs no ROS. A condition is read at each message, and remembers nothing: it is given what was read
 before, by which hysteresis works.
@@ -17,17 +17,23 @@ import math
 from dataclasses import dataclass
 from typing import Any, Optional, Pattern, Union
 
-from rosoclingo_interfaces.errors import ObservationError, ReadingError
+import clingo
+
+from rosclingo.wire.term_text import is_plain, number
+from rosoclingo_interfaces.errors import EntryError, ReadingError
 from rosoclingo_interfaces.observation.fields import FieldPath, Slots
 
 Reading = Optional[str]
-"""None if a condition does not hold; else a waypoint, or an empty text for most conditions."""
+"""None if a condition does not hold; else a waypoint, a value, or an empty text for others."""
 
 HOLDS: Reading = ""
 """The reading of a condition that holds, and names no waypoint."""
 
 LONGEST_TEXT = 10_000
 """Longer texts are not searched: a pattern could take for ever."""
+
+_LONGEST_VALUE = 1_000  # characters of a text that is told
+_MOST = 2**31 - 1  # the greatest integer of clingo's
 
 _INTEGERS = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)} | {
     "byte",
@@ -58,7 +64,7 @@ class RangeCondition:
         """Checks that a type of messages has such a field.
 
         Raises:
-            ObservationError: It has not.
+            EntryError: It has not.
         """
         _expect(self.field, message, slots, _NUMBERS, "a number")
 
@@ -99,7 +105,7 @@ class PatternCondition:
         """Checks that a type of messages has such a field.
 
         Raises:
-            ObservationError: It has not.
+            EntryError: It has not.
         """
         _expect(self.field, message, slots, _KINDS[str], "a text")
 
@@ -131,7 +137,7 @@ class EqualsCondition:
         """Checks that a type of messages has such a field.
 
         Raises:
-            ObservationError: It has not.
+            EntryError: It has not.
         """
         name = {bool: "a truth value", int: "an integer", str: "a text"}[type(self.value)]
         _expect(self.field, message, slots, _KINDS[type(self.value)], name)
@@ -139,6 +145,66 @@ class EqualsCondition:
     def read(self, message: Any, _: Reading) -> Reading:
         """Returns whether the condition holds."""
         return HOLDS if self.value in self.field.values(message) else None
+
+
+@dataclass(frozen=True)
+class ValueCondition:
+    """Holds always, and reads a value as a term: an integer, ``true`` or ``false``, or a text.
+
+    A text is read as a name or a term such as ``box(3)`` if it is one, else as a string in quotes.
+
+    >>> from types import SimpleNamespace
+    >>> percent = ValueCondition(FieldPath.parse("percentage"), 100.0, 5, is_number=True)
+    >>> percent.read(SimpleNamespace(percentage=0.33), None)
+    '35'
+
+    Attributes:
+        field: The value.
+        times: A number's factor.
+        step: A number is rounded to a multiple of this.
+        hysteresis: How much beyond the middle between two such multiples another one is read.
+        is_number: Whether the field has to be a number.
+    """
+
+    field: FieldPath
+    times: float = 1.0
+    step: int = 1
+    hysteresis: float = 0.0
+    is_number: bool = False
+
+    def check(self, message: str, slots: Slots) -> None:
+        """Checks that a type of messages has such a field.
+
+        Raises:
+            EntryError: It has not.
+        """
+        kinds = _NUMBERS if self.is_number else _NUMBERS | {"bool", "string"}
+        what = "a number" if self.is_number else "a number, a truth value or a text"
+        _expect(self.field, message, slots, kinds, what)
+
+    def read(self, message: Any, before: Reading) -> Reading:
+        """Returns the value's term.
+
+        Raises:
+            ReadingError: There is no value, or it makes no term.
+        """
+        values = self.field.values(message)
+        if len(values) != 1:
+            raise ReadingError(f"{self.field.text} has {len(values)} values, and not one")
+        (value,) = values
+        if isinstance(value, bool):
+            return "true" if value else "false"
+        if isinstance(value, str):
+            if len(value) > _LONGEST_VALUE:
+                raise ReadingError(f"{self.field.text} has more than {_LONGEST_VALUE} characters")
+            return value if is_plain(value) else str(clingo.String(value))
+        scaled = float(value) * self.times
+        if not abs(scaled) <= _MOST - self.step:  # nor NaN
+            raise ReadingError(f"{self.field.text} is {value}, which makes no integer of clingo's")
+        told = None if before is None else number(before)
+        if told is not None and abs(scaled - told) <= self.step / 2 + self.hysteresis:
+            return before
+        return str(round(scaled / self.step) * self.step)
 
 
 @dataclass(frozen=True)
@@ -159,7 +225,7 @@ class CovarianceCondition:
         """Checks that a type of messages has such a field.
 
         Raises:
-            ObservationError: It has not.
+            EntryError: It has not.
         """
         _expect(self.field, message, slots, _COVARIANCES, "a covariance matrix")
 
@@ -210,6 +276,6 @@ def _expect(field: FieldPath, message: str, slots: Slots, kinds: Any, name: str)
     kind = field.kind(message, slots)
     if kind not in kinds:
         lists = " (write [*] behind a list for each of its entries)" if "[" in kind else ""
-        raise ObservationError(
+        raise EntryError(
             f"field: {field.text or 'the message'} of {message} is {kind}; {name} is needed{lists}"
         )

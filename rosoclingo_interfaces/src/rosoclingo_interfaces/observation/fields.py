@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Callable, List, Mapping, Optional, Tuple
 
 from rosclingo.solver.terms import quote
-from rosoclingo_interfaces.errors import ObservationError, ReadingError
+from rosoclingo_interfaces.errors import EntryError, ReadingError
 
 Slots = Callable[[str], Optional[Mapping[str, str]]]
 """Returns the fields of a message's type with their types; None if it is no such type."""
@@ -39,13 +39,13 @@ class FieldPath:
         """Parses a path.
 
         Raises:
-            ObservationError: It is none.
+            EntryError: It is none.
         """
         steps = []
         for part in text.split(".") if text else ():
             match = _STEP.fullmatch(part)
             if match is None:
-                raise ObservationError(
+                raise EntryError(
                     "field: expected names such as pose.pose.position.x or ranges[*], not "
                     f"{quote(text)}"
                 )
@@ -60,25 +60,25 @@ class FieldPath:
             slots: Looks types up.
 
         Raises:
-            ObservationError: There is no such field; the message names those that there are.
+            EntryError: There is no such field; the message names those that there are.
         """
         kind = message
         for name, index in self.steps:
             fields = slots(kind)
             if fields is None:
-                raise ObservationError(f"field: {self.text}: {kind} has no fields, such as {name}")
+                raise EntryError(f"field: {self.text}: {kind} has no fields, such as {name}")
             if name not in fields:
                 known = ", ".join(fields) or "none"
-                raise ObservationError(
+                raise EntryError(
                     f"field: {self.text}: {kind} has no field {name}; there are: {known}"
                 )
             kind = fields[name]
             array = _ARRAY.fullmatch(kind)
             if index is not None:
                 if array is None:
-                    raise ObservationError(f"field: {self.text}: {name} is no list, but {kind}")
+                    raise EntryError(f"field: {self.text}: {name} is no list, but {kind}")
                 if array[2] and index != "*" and int(index) >= int(array[2]):
-                    raise ObservationError(
+                    raise EntryError(
                         f"field: {self.text}: {name} has {array[2]} entries, from 0 on"
                     )
                 kind = array[1]

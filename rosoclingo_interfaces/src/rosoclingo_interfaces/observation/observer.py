@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Optional, Tuple, Union
 
-from rosoclingo_interfaces.errors import ObservationError
+from rosoclingo_interfaces.errors import EntryError
 from rosoclingo_interfaces.observation.closed_way import ClosedWay
 from rosoclingo_interfaces.observation.conditions import (
     CovarianceCondition,
@@ -13,6 +13,7 @@ from rosoclingo_interfaces.observation.conditions import (
     PatternCondition,
     RangeCondition,
     SilenceCondition,
+    ValueCondition,
 )
 from rosoclingo_interfaces.observation.fields import Slots
 from rosoclingo_interfaces.observation.places import NearestWaypoint
@@ -20,8 +21,8 @@ from rosoclingo_interfaces.observation.teller import Teller
 from rosoclingo_interfaces.observation.yaml_entry import YamlEntry
 
 Condition = Union[
-    RangeCondition, PatternCondition, EqualsCondition, CovarianceCondition, SilenceCondition,
-    NearestWaypoint, ClosedWay,
+    RangeCondition, PatternCondition, EqualsCondition, ValueCondition, CovarianceCondition,
+    SilenceCondition, NearestWaypoint, ClosedWay,
 ]  # fmt: skip
 
 
@@ -36,7 +37,7 @@ class Observer:
         source: The id with which terms are told.
         condition: What has to hold.
         teller: When which term is told.
-        terms: All terms that it can tell.
+        terms: All terms that it can tell; empty if they depend on a value.
     """
 
     entry: YamlEntry
@@ -62,11 +63,11 @@ class Observer:
         """Checks the condition against the type of the topic's messages.
 
         Raises:
-            ObservationError: They do not fit; the message names the line.
+            EntryError: They do not fit; the message names the line.
         """
         try:
             self.condition.check(message, slots)
-        except ObservationError as err:
+        except EntryError as err:
             raise self.entry.wrong(err, "field") from err
 
     def hear(self, message: Any, now: float) -> None:

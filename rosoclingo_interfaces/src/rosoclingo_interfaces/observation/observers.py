@@ -6,31 +6,31 @@ The package's README has the keys, section "observe.py".
 from __future__ import annotations
 
 import math
-import re
+from functools import partial
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List, Optional, Tuple
 
-import numpy as np
-
 from rosclingo.errors import TermError
-from rosclingo.solver.terms import parse_term, quote
+from rosclingo.solver.terms import parse_term
 from rosoclingo.loop.values.ids import RESERVED
 from rosoclingo.loop.words import INFO
-from rosoclingo_interfaces.errors import ObservationError, WaypointError
+from rosoclingo_interfaces.errors import EntryError, WaypointError
 from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
 from rosoclingo_interfaces.observation.closed_way import ClosedWay
+from rosoclingo_interfaces.observation.condition_reader import FIELD_CONDITIONS, read_field
 from rosoclingo_interfaces.observation.conditions import (
     CovarianceCondition,
-    EqualsCondition,
-    PatternCondition,
-    RangeCondition,
     SilenceCondition,
+    ValueCondition,
 )
-from rosoclingo_interfaces.observation.fields import FieldPath
 from rosoclingo_interfaces.observation.observer import Condition, Observer
 from rosoclingo_interfaces.observation.places import NearestWaypoint
 from rosoclingo_interfaces.observation.teller import Teller
-from rosoclingo_interfaces.observation.term_template import TermTemplate
+from rosoclingo_interfaces.observation.term_template import (
+    PLACE_VARIABLE,
+    VALUE_VARIABLE,
+    TermTemplate,
+)
 from rosoclingo_interfaces.observation.transforms import TransformTree
 from rosoclingo_interfaces.observation.yaml_entry import YamlEntry, read_entry
 
@@ -48,11 +48,25 @@ def read_observers(file: Path, transforms: TransformTree) -> List[Observer]:
         transforms: By which the observers take poses to the waypoints' frame.
 
     Raises:
-        ObservationError: Something in it is wrong; the message names the line.
+        EntryError: Something in it is wrong; the message names the line.
     """
-    whole = read_entry(file)
+    whole = read_entry(file, "the file of observers", "observers")
     whole.check_keys(("observers",), ("observers",))
-    return [_Builder(entry, transforms).observer() for entry in whole.entries("observers")]
+    return observers_of(whole, "observers", transforms)
+
+
+def observers_of(whole: YamlEntry, key: str, transforms: TransformTree) -> List[Observer]:
+    """Returns the observers of a list in a file.
+
+    Args:
+        whole: The mapping with the list.
+        key: The list's key.
+        transforms: By which the observers take poses to the waypoints' frame.
+
+    Raises:
+        EntryError: Something in it is wrong; the message names the line.
+    """
+    return [_Builder(entry, transforms).observer() for entry in whole.entries(key)]
 
 
 class _Builder:
@@ -62,9 +76,8 @@ class _Builder:
         self._entry = entry
         self._transforms = transforms
         self._makers: Dict[str, Callable[[], Condition]] = {
-            "range": self._range,
-            "pattern": self._pattern,
-            "equals": self._equals,
+            **{key: partial(read, entry) for key, read in FIELD_CONDITIONS.items()},
+            "value": self._value,
             "covariance": self._covariance,
             "nearest_waypoint": self._nearest_waypoint,
             "closed": self._closed,
@@ -99,10 +112,15 @@ class _Builder:
     def _teller(self, condition: Condition) -> Tuple[Teller, Tuple[str, ...]]:
         entry = self._entry
         places: Optional[Waypoints] = getattr(condition, "waypoints", None)
-        tell = self._template("tell", places is not None)
+        variable = "" if places is None else PLACE_VARIABLE
         names = ("",) if places is None else tuple(places.places)
+        if isinstance(condition, ValueCondition):
+            variable, names = VALUE_VARIABLE, ()
+            if "else" in entry:
+                raise entry.wrong("else: a value does not end; remove this", "else")
+        tell = self._template("tell", variable)
         terms = [tell.fill(name) for name in names]
-        otherwise = self._template("else", False) if "else" in entry else None
+        otherwise = self._template("else") if "else" in entry else None
         if otherwise is not None:
             terms.append(otherwise.fill(""))
             if otherwise.fill("") in terms[:-1]:
@@ -111,10 +129,10 @@ class _Builder:
         rate = entry.number("rate", _RATE, "terms in a second")
         return Teller(tell, otherwise, debounce, rate), tuple(terms)
 
-    def _template(self, key: str, has_waypoint: bool) -> TermTemplate:
+    def _template(self, key: str, variable: str = "") -> TermTemplate:
         try:
-            return TermTemplate.parse(self._entry.text(key), has_waypoint)
-        except ObservationError as err:
+            return TermTemplate.parse(self._entry.text(key), variable)
+        except EntryError as err:
             raise self._entry.wrong(f"{key}: {err}", key) from err
 
     def _source(self) -> str:
@@ -126,47 +144,26 @@ class _Builder:
             raise self._entry.wrong(f"id: {source} {RESERVED[source]}; give another id", "id")
         return source
 
-    def _field(self, default: str) -> FieldPath:
-        try:
-            return FieldPath.parse(self._entry.text("field", default))
-        except ObservationError as err:
-            raise self._entry.wrong(err, "field") from err
-
-    def _range(self) -> RangeCondition:
-        inner = self._entry.inner("range")
-        inner.check_keys(("below", "above", "from", "to", "hysteresis"))
-        given = {key for key in ("below", "above", "from", "to") if key in inner}
-        if given not in ({"below"}, {"above"}, {"from", "to"}):
-            raise inner.wrong("range: expected below, or above, or from and to")
-        low, high = inner.number("from", -math.inf), inner.number("to", math.inf)
-        # A bound itself is outside, as the words say it.
-        if "above" in inner:
-            low = float(np.nextafter(inner.number("above"), math.inf))
-        if "below" in inner:
-            high = float(np.nextafter(inner.number("below"), -math.inf))
-        if low > high:
-            raise inner.wrong("range: from is greater than to", "from")
-        hysteresis = inner.number("hysteresis", unit="the field's unit")
-        return RangeCondition(self._field("data"), low, high, hysteresis)
-
-    def _pattern(self) -> PatternCondition:
-        text = self._entry.text("pattern")
-        try:
-            return PatternCondition(self._field("data"), re.compile(text))
-        except re.error as err:
-            raise self._entry.wrong(
-                f"pattern: expected a regular expression: {quote(text)}: {err}", "pattern"
-            ) from err
-
-    def _equals(self) -> EqualsCondition:
-        return EqualsCondition(self._field("data"), self._entry.scalar("equals"))
+    def _value(self) -> ValueCondition:
+        inner = self._entry.inner("value")
+        inner.check_keys(("times", "step", "hysteresis"))
+        step = inner.number("step", 1.0, "the told value")
+        if step < 1 or step != int(step):
+            raise inner.wrong("step: expected an integer from 1 on", "step")
+        return ValueCondition(
+            read_field(self._entry, "data"),
+            inner.number("times", 1.0),
+            int(step),
+            inner.number("hysteresis", unit="the told value"),
+            is_number=any(key in inner for key in ("times", "step", "hysteresis")),
+        )
 
     def _covariance(self) -> CovarianceCondition:
         inner = self._entry.inner("covariance")
         inner.check_keys(("above", "hysteresis"), ("above",))
         above = inner.number("above", unit="square metres")
         hysteresis = inner.number("hysteresis", unit="square metres")
-        return CovarianceCondition(self._field(_COVARIANCE), above, hysteresis)
+        return CovarianceCondition(read_field(self._entry, _COVARIANCE), above, hysteresis)
 
     def _silent(self) -> SilenceCondition:
         seconds = self._entry.number("silent", unit="seconds")
@@ -182,7 +179,7 @@ class _Builder:
             inner.number("within", unit="metres"),
             inner.number("hysteresis", unit="metres"),
             self._transforms,
-            self._field("") if "field" in self._entry else None,
+            read_field(self._entry, "") if "field" in self._entry else None,
             self._child() if "tf" in self._entry else "",
         )
 
@@ -228,6 +225,6 @@ class _Builder:
     def _waypoints(self, inner: YamlEntry) -> Waypoints:
         """Reads a waypoint file, whose path begins in the folder of the file of observers."""
         try:
-            return read_waypoints(inner.file.parent / Path(inner.text("waypoints")).expanduser())
+            return read_waypoints(inner.path("waypoints"))
         except WaypointError as err:
             raise inner.wrong(f"waypoints: {err}", "waypoints") from err

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Mapping, Optional, Tuple
 
-from rosoclingo_interfaces.errors import ObservationError, ReadingError
+from rosoclingo_interfaces.errors import EntryError, ReadingError
 from rosoclingo_interfaces.navigation.waypoints import Waypoints
 from rosoclingo_interfaces.observation.conditions import Reading
 from rosoclingo_interfaces.observation.fields import FieldPath, Slots
@@ -47,16 +47,16 @@ class NearestWaypoint:
         """Checks that a type of messages has a pose.
 
         Raises:
-            ObservationError: It has not.
+            EntryError: It has not.
         """
         if self.field is None and message not in POSE_FIELDS:
-            raise ObservationError(
+            raise EntryError(
                 f"{message} is none of {', '.join(POSE_FIELDS)}: name the pose in it by field"
             )
         if self.field is not None:
             kind = self.field.kind(message, slots)
             if kind != POSE:
-                raise ObservationError(
+                raise EntryError(
                     f"field: {self.field.text} of {message} is {kind}; {POSE} is needed"
                 )
 

@@ -10,30 +10,37 @@ from typing import Any, Collection, Dict, List, Tuple, Union
 import yaml
 
 from rosclingo import strict_yaml
+from rosclingo.errors import shorten
 from rosclingo.solver.terms import quote
-from rosoclingo_interfaces.errors import ObservationError
+from rosoclingo_interfaces.errors import EntryError
 
+_LONGEST = 2_000  # characters of an error, which quotes names and values
 _TAG = "tag:yaml.org,2002:"
 _TRUTH_VALUES = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
 
 
-def read_entry(file: Path) -> YamlEntry:
+def read_entry(file: Path, what: str, needed: str) -> YamlEntry:
     """Returns the mapping that a YAML file is.
 
+    Args:
+        file: Where it is.
+        what: What it is called in errors.
+        needed: A key that it needs, for the same.
+
     Raises:
-        ObservationError: The file cannot be read, is no YAML, or is no mapping.
+        EntryError: The file cannot be read, is no YAML, or is no mapping.
     """
     try:
         node = strict_yaml.compose(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as err:
-        raise ObservationError(f"cannot read the file of observers {file}: {err}") from err
+        raise EntryError(f"cannot read {what} {file}: {err}") from err
     except yaml.MarkedYAMLError as err:
         line = "" if err.problem_mark is None else f", line {err.problem_mark.line + 1}"
-        raise ObservationError(f"{file}{line}: it is no YAML: {err.problem}") from err
+        raise EntryError(f"{file}{line}: it is no YAML: {err.problem}") from err
     except yaml.YAMLError as err:
-        raise ObservationError(f"{file}: it is no YAML: {err}") from err
+        raise EntryError(f"{file}: it is no YAML: {err}") from err
     if node is None:
-        raise ObservationError(f"{file}, line 1: the file is empty; it needs the key observers")
+        raise EntryError(f"{file}, line 1: the file is empty; it needs the key {needed}")
     return YamlEntry(file, node)
 
 
@@ -58,10 +65,10 @@ class YamlEntry:
             raise self.wrong(f"{what}expected a mapping, such as {{key: value}}")
         for key, value in self.node.value:
             if not isinstance(key, yaml.ScalarNode):
-                raise self._wrong_at(key, "expected a name as the key")
+                raise self.wrong_at(key, "expected a name as the key")
             name = str(key.value)
             if name in self._nodes:
-                raise self._wrong_at(key, f"{name} is there twice; remove one")
+                raise self.wrong_at(key, f"{name} is there twice; remove one")
             self._nodes[name] = key, value
 
     @property
@@ -69,18 +76,31 @@ class YamlEntry:
         """The line where it begins, from 1 on."""
         return int(self.node.start_mark.line) + 1
 
-    def wrong(self, reason: object, key: str = "") -> ObservationError:
+    def wrong(self, reason: object, key: str = "") -> EntryError:
         """Returns the error about a key's value, or about the whole mapping."""
-        return self._wrong_at(self._nodes[key][0] if key in self._nodes else self.node, reason)
+        return self.wrong_at(self._nodes[key][0] if key in self._nodes else self.node, reason)
 
     def __contains__(self, key: str) -> bool:
         return key in self._nodes
+
+    @property
+    def keys(self) -> List[str]:
+        """The keys, in the order of the file."""
+        return list(self._nodes)
+
+    def is_scalar(self, key: str) -> bool:
+        """Returns whether a key's value is neither a list nor a mapping."""
+        return isinstance(self._nodes[key][1], yaml.ScalarNode)
+
+    def value(self, key: str) -> yaml.Node:
+        """Returns what PyYAML has composed of a key's value."""
+        return self._nodes[key][1]
 
     def check_keys(self, known: Collection[str], needed: Collection[str] = ()) -> None:
         """Checks the names of the keys.
 
         Raises:
-            ObservationError: One is unknown, or a needed one is not there.
+            EntryError: One is unknown, or a needed one is not there.
         """
         for key in self._nodes:
             if key not in known:
@@ -94,7 +114,7 @@ class YamlEntry:
         """Returns a text that is not empty, or the default if the key is not there.
 
         Raises:
-            ObservationError: It is something else.
+            EntryError: It is something else.
         """
         if key not in self:
             return default
@@ -103,11 +123,57 @@ class YamlEntry:
             raise self.wrong(f"{key}: expected a text", key)
         return str(node.value)
 
+    def path(self, key: str) -> Path:
+        """Returns the path of another file, which begins in the folder of this one.
+
+        Raises:
+            EntryError: It is something else, or in the home of a user that does not exist.
+        """
+        try:
+            return self.file.parent / Path(self.text(key)).expanduser()
+        except RuntimeError as err:
+            raise self.wrong(f"{key}: {err} Write the whole path", key) from err
+
+    def texts(self, key: str) -> List[str]:
+        """Returns the texts of a list, or the one that stands in its place.
+
+        Raises:
+            EntryError: It is something else, or empty.
+        """
+        node = self._nodes[key][1]
+        nodes = node.value if isinstance(node, yaml.SequenceNode) else [node]
+        texts = [one.value for one in nodes if isinstance(one, yaml.ScalarNode) and one.value]
+        if not nodes or len(texts) < len(nodes):
+            raise self.wrong(f"{key}: expected a list of texts", key)
+        return texts
+
+    def literal(self, key: str) -> str:
+        """Returns the text of a number, a truth value or a text, which may be empty in quotes.
+
+        Raises:
+            EntryError: It is something else.
+        """
+        node = self._nodes[key][1]
+        if not isinstance(node, yaml.ScalarNode) or node.tag == f"{_TAG}null":
+            raise self.wrong(f"{key}: expected a number or a text", key)
+        return str(node.value)
+
+    def flag(self, key: str) -> bool:
+        """Returns a truth value; False if the key is not there.
+
+        Raises:
+            EntryError: It is something else.
+        """
+        value = self.scalar(key) if key in self else False
+        if not isinstance(value, bool):
+            raise self.wrong(f"{key}: expected true or false", key)
+        return value
+
     def number(self, key: str, default: float = 0.0, unit: str = "") -> float:
         """Returns a finite number, which is not negative if it has a unit.
 
         Raises:
-            ObservationError: It is something else.
+            EntryError: It is something else.
         """
         if key not in self:
             return default
@@ -125,7 +191,7 @@ class YamlEntry:
         """Returns a truth value, an integer or a text; a text in quotes may be empty.
 
         Raises:
-            ObservationError: It is something else.
+            EntryError: It is something else.
         """
         node = self._nodes[key][1]
         if not isinstance(node, yaml.ScalarNode):
@@ -146,7 +212,7 @@ class YamlEntry:
         """Returns the mapping of a key.
 
         Raises:
-            ObservationError: It is something else.
+            EntryError: It is something else.
         """
         return YamlEntry(self.file, self._nodes[key][1], key)
 
@@ -154,12 +220,15 @@ class YamlEntry:
         """Returns the mappings of a list.
 
         Raises:
-            ObservationError: It is something else, or empty.
+            EntryError: It is something else, or empty.
         """
         node = self._nodes[key][1]
         if not isinstance(node, yaml.SequenceNode) or not node.value:
             raise self.wrong(f"{key}: expected a list with one entry or more", key)
         return [YamlEntry(self.file, one) for one in node.value]
 
-    def _wrong_at(self, node: Any, reason: object) -> ObservationError:
-        return ObservationError(f"{self.file}, line {node.start_mark.line + 1}: {reason}")
+    def wrong_at(self, node: Any, reason: object) -> EntryError:
+        """Returns the error about a part of the file that PyYAML has composed."""
+        return EntryError(
+            f"{self.file}, line {node.start_mark.line + 1}: {shorten(str(reason), _LONGEST)}"
+        )

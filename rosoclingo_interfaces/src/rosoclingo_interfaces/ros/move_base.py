@@ -81,12 +81,12 @@ class MoveBase(ActionInterface):
         name, execution = str(waypoint), self.execution
         try:
             self._drive(name, execution, max_stray=self._max_stray)
-        except (CanceledError, DriveError) as err:
+        except (CanceledError, DriveError, GoneError) as err:
             if isinstance(err, GoneError) or not self._base.connected:
                 self._remember(name, execution)
             # What blocked the way may be gone when the robot comes here again.
             self._base.clear_costmaps()
-            if isinstance(err, DriveError):
+            if not isinstance(err, CanceledError):
                 self._missed = name
             raise
         self._last, self._missed = name, None

@@ -18,12 +18,14 @@ from rosclingo.ros.init import init_node, on_shutdown, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.solver.about import about
 from rosoclingo.loop.execution.tokens import TOKENS_HEADER
+from rosoclingo.loop.values.served import ServedGoal
 from rosoclingo.msg import (
     ROSoClingoAnswer,
     ROSoClingoDispatch,
     ROSoClingoHeartbeat,
     ROSoClingoIn,
     ROSoClingoOut,
+    ROSoClingoServed,
     ROSoClingoToken,
 )
 from rosoclingo_interfaces.executor import Executor
@@ -33,6 +35,7 @@ from rosoclingo_interfaces.retransmitter import Retransmitter
 from rosoclingo_interfaces.ros import clock
 from rosoclingo_interfaces.ros.faults import faulty_perform
 from rosoclingo_interfaces.ros.topics import publishers, topic, wait_for_node
+from rosoclingo_interfaces.served_goals import ServedGoalsBoard
 
 _HEARTBEAT_SECONDS = 1.0  # how often a heartbeat is sent, unless ~heartbeat says otherwise
 _UNKNOWN_PROGRESS = -1.0
@@ -77,6 +80,8 @@ class InterfaceNode:
         if heartbeat:
             send = partial(self._send_heartbeats, heartbeat)
             threading.Thread(target=send, name="heartbeats", daemon=True).start()
+        self._board = ServedGoalsBoard()
+        self._served = subscriber(topic("served"), ROSoClingoServed, self._on_served)
         self._dispatch = subscriber(topic("dispatch"), ROSoClingoDispatch, self._on_dispatch)
         self._out = subscriber(topic("out"), ROSoClingoOut, self._on_out)
         self._about = publish_about(interface.messages, interface.actuators)
@@ -112,7 +117,27 @@ class InterfaceNode:
                     self._reply(sender, message.run, told),
                     Token(message.run, told.number),
                     aborted=told.state == ROSoClingoToken.ABORTED,
+                    find_served=partial(self._find_served, Token(message.run, told.number)),
                 )
+
+    def _on_served(self, message: ROSoClingoServed) -> None:
+        goals = [
+            ServedGoal(one.number, one.slot, one.request, one.goal_id, tuple(one.information))
+            for one in message.goals
+        ]
+        self._board.hear(message.run, message.number, goals)
+
+    def _find_served(self, token: Token) -> Tuple[ServedGoal, ...]:
+        """Returns the goals that an action serves; none if that cannot be known."""
+        name = self._served.resolved_name
+        if self._board.is_empty and not publishers(name):
+            rospy.logwarn_once("%s has no publisher: it is unknown which goals actions serve", name)
+            return ()
+        found = self._board.find(token)
+        if found is None:
+            rospy.logwarn("%s does not say which goals action %d serves", name, token.number)
+            return ()
+        return found
 
     def _reply(self, sender: str, run: str, told: ROSoClingoToken) -> Callable[[str], None]:
         """Returns the function that sends the answer to an action with a token."""

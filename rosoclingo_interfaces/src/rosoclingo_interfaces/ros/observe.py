@@ -47,22 +47,23 @@ _HELP = (
 class ObserverNode:
     """Subscribes for all observers of a file. Make it after the node is initialised."""
 
-    def __init__(self) -> None:
+    def __init__(self, observers: Sequence[Observer], transforms: TransformTree) -> None:
         """Subscribes to the topics whose types are known.
 
+        Args:
+            observers: The observers.
+            transforms: By which they take poses to other frames.
+
         Raises:
-            RosclingoError: The parameter or the file is wrong, or does not fit to a type.
+            RosclingoError: An observer does not fit to the type of a topic.
         """
-        self._transforms = TransformTree()
-        self._observers = read_observers(
-            Path(parameters.text("observers")).expanduser(), self._transforms
-        )
+        self._transforms = transforms
+        self._observers = observers
         simulated = rospy.get_param("/use_sim_time", False)
         self._seconds: Callable[[], float] = rospy.get_time if simulated else time.monotonic
         self._lock = threading.Lock()  # guards observers, transforms, and the order of messages
         self._warned: Dict[int, float] = {}  # by observers: when a message made no sense last
         self._in = publisher(topic("in"), ROSoClingoIn, on_subscriber=self._tell_standing)
-        self._about = publish_about(sorted({one.source for one in self._observers}))
         self._subscribers: List[rospy.Subscriber] = []
         if any(isinstance(one.condition, (NearestWaypoint, ClosedWay)) for one in self._observers):
             for name in ("/tf", "/tf_static"):
@@ -71,9 +72,6 @@ class ObserverNode:
         self._opened: Dict[str, List[Observer]] = {}  # by the names of topics, if types matter
         self._types: Dict[str, str] = {}  # those that topics had last
         self._look_at_types()
-        self._encodings = EncodingReader(lambda reason: rospy.logwarn("%s", reason))
-        planning_node = rospy.resolve_name(topic(_ABOUT))[: -len(_ABOUT) - 1]
-        self._encodings.listen(planning_node, self._check_vocabulary)
 
     def run(self) -> None:
         """Observes until the node is shut down.
@@ -193,11 +191,26 @@ class ObserverNode:
                 if observer.teller.standing is not None:
                     send(ROSoClingoIn(observer.source, observer.teller.standing))
 
-    def _check_vocabulary(self, encoding: KnownEncoding) -> None:
-        """Warns of terms that the planner does not declare; called in a thread of its own."""
-        if len(encoding.messages) < MOST_KNOWN:  # else it may know more
-            for warning in unknown_terms(self._observers, encoding.messages):
-                rospy.logwarn("%s", warning)
+
+def read_encodings(check: Callable[[KnownEncoding], None]) -> EncodingReader:
+    """Has the planner's encoding read, each time that a planner starts.
+
+    Args:
+        check: Called with what is known, in a thread of its own.
+
+    Returns:
+        The reader, which has to be kept.
+    """
+    reader = EncodingReader(lambda reason: rospy.logwarn("%s", reason))
+    reader.listen(rospy.resolve_name(topic(_ABOUT))[: -len(_ABOUT) - 1], check)
+    return reader
+
+
+def warn_of_unknown_terms(observers: Sequence[Observer], encoding: KnownEncoding) -> None:
+    """Warns of terms that an encoding does not declare."""
+    if len(encoding.messages) < MOST_KNOWN:  # else it may know more
+        for warning in unknown_terms(observers, encoding.messages):
+            rospy.logwarn("%s", warning)
 
 
 def _class_of(name: str, observers: Sequence[Observer], actual: str) -> Any:
@@ -209,7 +222,7 @@ def _class_of(name: str, observers: Sequence[Observer], actual: str) -> Any:
         actual: The type that the master knows; empty if it knows none.
 
     Raises:
-        ObservationError: There is no such type, or it does not fit.
+        EntryError: There is no such type, or it does not fit.
     """
     named = {one.type: one for one in observers if one.type}
     if actual:
@@ -239,4 +252,15 @@ def main() -> NoReturn:
     The exit status is 0, or 2 if the file is wrong or does not fit to the types of the topics.
     """
     init_node("observe", usage=_HELP)
-    run_node(lambda: ObserverNode().run())
+    run_node(_run)
+
+
+def _run() -> None:
+    transforms = TransformTree()
+    observers = read_observers(Path(parameters.text("observers")).expanduser(), transforms)
+    node = ObserverNode(observers, transforms)
+    _kept = (
+        publish_about(sorted({one.source for one in observers})),
+        read_encodings(partial(warn_of_unknown_terms, observers)),
+    )
+    node.run()

@@ -12,6 +12,7 @@ from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.beliefs import Beliefs
 from rosoclingo.loop.values.execution import Execution, OperatorState
 from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.served import ServedGoal
 
 
 class Environment:
@@ -39,6 +40,15 @@ class Environment:
         Args:
             run: The id of the run.
             executions: The last one of each actuator, in the order of their numbers.
+        """
+
+    def show_served(self, run: str, number: int, served: Sequence[ServedGoal]) -> None:
+        """Publishes the goals for which the shown executions are done; called before these.
+
+        Args:
+            run: The id of the run.
+            number: That of the last action that is considered.
+            served: The goals, in the order of the actions.
         """
 
     def show_held(self, decided: OperatorState) -> None:

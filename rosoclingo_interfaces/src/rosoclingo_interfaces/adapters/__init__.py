@@ -1,0 +1,1 @@
+"""Files that connect actions to action servers, services and topics of any stack."""
