@@ -83,6 +83,9 @@ READ: Dict[str, Tuple[str, ...]] = {
     "garden": PLANTS,
     "office in seconds": (OFFICE, LENGTHS, MAILBOT),
     "hall": (HALL, MAILBOT),
+    "waiter of the adapters": (
+        ACTIONS, str(ROOT / "rosoclingo_interfaces" / "test" / "rostest" / "waiter.lp"),
+    ),
     "jobs": (str(TOWER / "jobs.lp"), "--theory", "dl"),
     "flood": (str(BENCHES / "flood.lp"),),
     "hospital": tuple(
