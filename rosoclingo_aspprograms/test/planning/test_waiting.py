@@ -54,6 +54,24 @@ duration(waiter,wash,60).
 #program present(k,t).
 needs(waiter,serve(ID),hands,clean,k) :- asked(ID,dish,k).
 """
+# A porter brings things to the hall.
+PIE = """
+#program base.
+way(bar,hall). way(hall,bar). length(bar,hall,20).
+moves(porter). initially(at(porter),bar).
+request((pie;box)). wants(T,T,served) :- request(T), thing(T,X).
+thing(pie,baked). thing(box,new).
+initially(pie,raw). initially(box,new).
+action(oven,bake). needs(oven,bake,pie,raw). sets(oven,bake,pie,baked).
+duration(oven,bake,10). ready(pie,baked,100).
+action(porter,(take(T);put(T))) :- thing(T,X).
+needs(porter,take(T),at(porter),bar) :- thing(T,X).
+needs(porter,take(T),T,X) :- thing(T,X).
+sets(porter,take(T),T,taken) :- thing(T,X).
+needs(porter,put(T),at(porter),hall) :- thing(T,X).
+needs(porter,put(T),T,taken) :- thing(T,X).
+sets(porter,put(T),T,served) :- thing(T,X).
+"""
 # A request like the other one.
 HURRY = (
     KITCHEN[KITCHEN.index("#program present") :].replace("dish,k", "soon,k")
@@ -203,6 +221,20 @@ def test_who_can_begin_first_acts(seconds: float, painter: str, tmp_path: Path) 
     assert site.ends == ["succeeded"] * 3
     assert (painter, "paint(wall)") in site.published
     assert ("far", "go(site)") not in site.published or painter == "far"
+
+
+def test_what_has_to_ripen_after_a_late_action_is_not_expected_now(tmp_path: Path) -> None:
+    """The porter does not wait for the pie, which cools for 100 s after it was baked, to go once.
+
+    The box is asked for after 30 s, when the pie ought to have been baked for 20 s.
+    """
+    site = Kitchen(DYN_RESET, tmp_path, PIE, pie="0", look="0", box="2")
+    site.lasts.update(bake=60.0, take=1.0, put=1.0, go=20.0)  # 50 s longer than planned
+    assert site.run() is None
+    assert site.ends == ["succeeded"] * 3
+    assert site.published.index(("porter", "put(box)")) < site.published.index(
+        ("porter", "take(pie)")
+    )
 
 
 @pytest.mark.parametrize("mode", [RECORDING, RESET, DYN_RESET, SINGLE])
