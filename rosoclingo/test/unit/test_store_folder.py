@@ -252,7 +252,7 @@ def goals(path: Path) -> List[str]:
 @pytest.mark.costly
 @pytest.mark.parametrize("left", [(), ("run.sqlite.new", "run.sqlite.new-journal", MARK)])
 def test_a_process_dies_while_it_makes_a_store(memory: Path, left: Tuple[str, ...]) -> None:
-    """What it leaves is used, and is never refused; also if another one has died before."""
+    """A start that is killed at any line, even twice, leaves a store that the next one opens."""
     path = memory / "made.store"
     for point in count(1, 1 if IS_FULL else 4):
         write(path, dict.fromkeys(left, b"something"))
@@ -317,7 +317,7 @@ def test_two_nodes_with_one_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_many_nodes_make_one_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One makes it, and the others wait for that."""
+    """Of processes that start at once, one makes the store, and the others wait for it."""
     monkeypatch.setattr("rosoclingo.store.folder._WAIT_SECONDS", 60.0)
     path = tmp_path / "a.store"
 

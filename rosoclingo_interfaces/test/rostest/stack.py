@@ -12,6 +12,7 @@ from actionlib.msg import TestRequestAction, TestRequestGoal, TestRequestResult
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult
 from std_msgs.msg import Int32, String
 from std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
+from waiting import wait_for
 
 
 class Stack:
@@ -64,8 +65,7 @@ class Stack:
         self._server.publish_feedback(feedback)
         if outcome == "wait":
             self.under_way.set()
-            while not self._server.is_preempt_requested():
-                rospy.sleep(0.01)
+            wait_for(self._server.is_preempt_requested)
             self.preempted += 1
             self._server.set_preempted(MoveBaseResult(), "stopped")
         elif outcome == "abort":

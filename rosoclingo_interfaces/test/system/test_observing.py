@@ -46,7 +46,7 @@ def test_mistakes_end_the_node(terminals: Terminals, tmp_path: Path) -> None:
     # The type of the topic, which the first two do not say, comes when all others have ended.
     for node in nodes[2:]:
         assert node.wait() == 2
-    nodes[0].wait_for("waiting for somebody who publishes /door")
+    nodes[0].wait_for("waiting for a publisher of /door")
     terminals.publish("/door", "std_msgs/Bool", "{data: true}")
     for number, (node, message) in enumerate(zip(nodes, WRONG.values())):
         assert node.wait() == 2

@@ -28,7 +28,7 @@ class Quality:
 
     @property
     def is_best(self) -> bool:
-        """True if it is proven that there is no better plan."""
+        """True if the plan is proven optimal."""
         return bool(self.cost) and self.cost == self.bound
 
     def as_json(self) -> Dict[str, Any]:

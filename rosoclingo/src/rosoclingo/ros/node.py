@@ -23,7 +23,7 @@ _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
               [_abort_unreachable:=true] [_patience:=SECONDS]
               [_one_by_one_seconds:=SECONDS] [_why_seconds:=SECONDS]
-              [_why_nice:=NUMBER] [_explain:=false] [_store:=FILE] [_resume:=fresh]
+              [_why_nice:=NUMBER] [_explain:=false] [_store:=FOLDER] [_resume:=fresh]
               [_solver_timeout:=SECONDS] [_ask_before:=PATTERNS]
               [_ask_again:=SECONDS]
               [_diagnostics_period:=SECONDS] [_slow_seconds:=SECONDS] [ROS remappings]

@@ -32,7 +32,7 @@ usage: run-1.0.py --file FILE... [--theory dl] [clingo options]
                   [_action_timeout:=SECONDS] [_abort_unreachable:=true] [_patience:=SECONDS]
                   [_one_by_one_seconds:=SECONDS] [_threads:=NUMBER]
                   [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false]
-                  [_store:=FILE] [_resume:=fresh] [_ask_before:=PATTERNS]
+                  [_store:=FOLDER] [_resume:=fresh] [_ask_before:=PATTERNS]
                   [_ask_again:=SECONDS]
                   [_diagnostics_period:=SECONDS] [_slow_seconds:=SECONDS] [ROS remappings]
 

@@ -131,7 +131,7 @@ class Store:
 
     @property
     def loss(self) -> str:
-        """What was lost of it when it was opened, and was accepted; empty if nothing was."""
+        """The loss that ``resume:=lossy`` has accepted, in words; empty if nothing was lost."""
         return self._database.loss
 
     @property

@@ -51,7 +51,7 @@ class GoalFate(NamedTuple):
 
 @dataclass
 class GoalFeedback:
-    """What the client of a goal was told.
+    """The feedback that a goal's client has received.
 
     Attributes:
         place: Its place in the queue, from 1; 0 if it has none, or if that is not known.

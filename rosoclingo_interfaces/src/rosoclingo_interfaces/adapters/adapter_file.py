@@ -47,7 +47,7 @@ _NAME = re.compile(r"[~/]?[A-Za-z]\w*(/\w+)*", re.ASCII)
 
 
 class TargetKind(str, enum.Enum):
-    """What does an action; its value is the key in the file."""
+    """Kind of the target of an action; its value is the key in the file."""
 
     SERVER = "actionlib"
     SERVICE = "service"

@@ -54,7 +54,7 @@ class Now:
 
 @dataclass(frozen=True)
 class ActionValues:
-    """What references stand for when an action begins.
+    """Values of a template's references, as an action begins.
 
     Attributes:
         texts: The texts of variables and words.

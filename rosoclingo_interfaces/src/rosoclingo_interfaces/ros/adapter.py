@@ -295,7 +295,7 @@ class Adapter(ActionInterface):
                 if known is self._publishers or known is self._mailboxes:
                     resolved = rospy.resolve_name(name)
                     other = self._types.setdefault(resolved, kind)
-                    if other != kind:  # ROS would send one of them to nobody
+                    if other != kind:  # rospy delivers only one of them
                         raise ActionError(
                             f"{resolved} is of the type {other} in another entry, and of {kind} "
                             "here; correct one of them"
@@ -336,7 +336,7 @@ def _await_answer(run: _Run, mailbox: TopicMailbox, messages: MessageQueue) -> s
         if not mailbox.has_publisher:
             check_type()
             if reminder.due():
-                rospy.loginfo("waiting for somebody who publishes %s", mailbox.name)
+                rospy.loginfo("waiting for a publisher of %s", mailbox.name)
 
 
 class AdapterNode:

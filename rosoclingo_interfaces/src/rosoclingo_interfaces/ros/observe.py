@@ -92,7 +92,7 @@ class ObserverNode:
                 )
                 if self._waiting and reminder.due():
                     names = ", ".join(self._waiting)
-                    rospy.loginfo("waiting for somebody who publishes %s", names)
+                    rospy.loginfo("waiting for a publisher of %s", names)
             changes = self._transforms.changes
             for observer in self._observers:
                 if not observer.topic and changes != seen:

@@ -65,7 +65,7 @@ class TopicMailbox:
 
     @property
     def has_publisher(self) -> bool:
-        """True if somebody publishes the topic."""
+        """True if the topic has a publisher."""
         return bool(self._subscriber.get_num_connections())
 
     @contextlib.contextmanager

@@ -71,7 +71,7 @@ def compute(recording: Recording) -> Statistics:
 
 @dataclass
 class _Placement:
-    """What the report alone knows of a goal; positions are those in the journal.
+    """A goal's place in the report; positions are those in the journal.
 
     Attributes:
         goal: The goal.

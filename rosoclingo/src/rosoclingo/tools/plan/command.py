@@ -263,7 +263,7 @@ class ShownSimulation(SimulatedSystem):
 
     @property
     def _refuses_all(self) -> bool:
-        """True if all goals were rejected, so that there is no plan to show."""
+        """True if all goals were rejected."""
         return {goal.status for goal in self.goals} == {journal.Status.REJECTED}
 
     def _print_task(self, task: PlanningTask) -> None:
