@@ -507,13 +507,11 @@ class Mail(MailState):
             outcome = self._fail(actor, said)
         if outcome is None:  # it is tried again
             return False
-        outcome = self._declared(message, source, outcome, outcome != said, may_ask)
-        if outcome is None:
+        less = _LESS_SAID.get(outcome, (FAILURE,) if outcome != said else ())
+        told = self._told_as(message, (source, outcome), less, may_ask)
+        if told is None:
             return True
-        reason = why_no_message(source, outcome, self._goals.slots)
-        if reason is None and self._hold(message, [(source, outcome)], may_ask):
-            return True
-        reason = reason or self._why_reserved(source, outcome)
+        outcome, reason = told
         if reason is not None:
             dropped.append(f"{journal.naming(source, outcome)}{reason}")
             return False
@@ -539,13 +537,10 @@ class Mail(MailState):
     ) -> bool:
         """Takes a message that is no answer: one of a sensor, or of who has answered before."""
         source, said = pair
-        value = self._declared(message, source, said, False, may_ask) if actor else said
-        if value is None:
+        told = self._told_as(message, pair, _LESS_SAID.get(said, ()) if actor else (), may_ask)
+        if told is None:
             return True
-        reason = why_no_message(source, value, self._goals.slots)
-        if reason is None and self._hold(message, [(source, value)], may_ask):
-            return True
-        reason = reason or self._why_reserved(source, value)
+        value, reason = told
         if reason is None and not self._externals.knows([(source, value)]):
             reason = "the planner's encoding declares no such event"
             if len(dropped) < _LOGGED_DROPS:
@@ -562,36 +557,33 @@ class Mail(MailState):
         self._is_paced = self._paces()
         return not self._is_paced
 
-    def _declared(
-        self, message: MessageArrived, source: str, value: str, is_policy: bool, may_ask: bool
-    ) -> Optional[str]:
-        """Returns an answer, or one that says less if the encoding does not declare it.
-
-        That is never a success.
+    def _told_as(
+        self, message: MessageArrived, pair: Pair, less: Sequence[str], may_ask: bool
+    ) -> Optional[Tuple[str, Optional[str]]]:
+        """Returns the value of which the planner is told, and why that is refused.
 
         Args:
             message: The message.
-            source: Its actuator.
-            value: The answer.
-            is_policy: Whether the answer is what a policy makes of it.
+            pair: Its id and value.
+            less: What says less, to take its place if the encoding does not declare it.
             may_ask: Whether the planner may be asked.
 
         Returns:
             None if the message is held, since it is not known yet what is declared.
         """
-        for less in _LESS_SAID.get(value, (FAILURE,) if is_policy else ()):
+        source, value = pair
+        for one in less:
             if self._hold(message, [(source, value)], may_ask):
                 return None
             if self._externals.knows([(source, value)]):
                 break
-            value = less
-        return value
-
-    def _why_reserved(self, source: str, value: str) -> Optional[str]:
-        """Returns why a message is refused that rosoclingo alone may say; None if it is not one."""
-        if value == BUSY and self._externals.is_declared(source, BUSY):
-            return "who is busy, rosoclingo says itself"
-        return None
+            value = one  # if that is known; it is not taken for a success in any case
+        reason = why_no_message(source, value, self._goals.slots)
+        if reason is None and self._hold(message, [(source, value)], may_ask):
+            return None
+        if reason is None and value == BUSY and self._externals.is_declared(source, BUSY):
+            reason = "who is busy, rosoclingo says itself"
+        return value, reason
 
     def _is_repeated(self, actor: Execution, said: str) -> bool:
         """Tells if a message of an actuator only repeats the answer that was taken last.
